@@ -1,0 +1,67 @@
+// The parameters of one directive, typed as written, each with its place in the file.
+#pragma once
+
+#include "core/color.h"
+#include "core/error.h"
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cuticle {
+
+enum class ParamType { Bool, Integer, Float, Point2, Vector2, Point3, Vector3, Normal, Spectrum, String, Texture };
+
+// One parameter. Numbers of all numeric types are in `numbers` (integers exactly, up to 2^53); a Spectrum has been turned
+// into linear RGB triples in `numbers`, whatever its spelling (rgb, xyz, blackbody, samples, .spd file).
+struct Param {
+    ParamType type;
+    std::string name;
+    FileLoc loc;
+    std::vector<double> numbers;
+    std::vector<std::string> strings; // String, Texture
+    std::vector<bool> bools;
+    // For Texture: indices into SceneDescription::floatTextures / spectrumTextures bound when the directive was read
+    // (a later Texture of the same name does not change it); -1: no texture of that name and kind.
+    int floatTexture = -1, spectrumTexture = -1;
+    mutable bool used = false;
+};
+
+// Getters give the value or the default, mark the parameter as read, and report a wrong type or count as an Error
+// at its place. Names are unique within a set (the last one wins, with a warning).
+class ParamSet {
+  public:
+    FileLoc loc; // of the directive
+    std::vector<Param> params;
+
+    bool empty() const { return params.empty(); }
+    const Param *Find(std::string_view name) const; // any type; does not mark it as used
+    // As Find, but only of that type, and marked as used.
+    const Param *Find(std::string_view name, ParamType type) const;
+
+    // One value each. FindInt: an Error where the number is not a whole one or does not fit. A type mismatch (say a string
+    // where a float belongs) is an Error at the parameter that names what would be right; an integer is accepted for a float.
+    bool FindBool(std::string_view name, bool defaultValue) const;
+    int FindInt(std::string_view name, int defaultValue) const;
+    float FindFloat(std::string_view name, float defaultValue) const;
+    std::string FindString(std::string_view name, const std::string &defaultValue) const;
+    Spectrum FindSpectrum(std::string_view name, const Spectrum &defaultValue) const;
+    Point3f FindPoint3f(std::string_view name, const Point3f &defaultValue) const;
+    Vector3f FindVector3f(std::string_view name, const Vector3f &defaultValue) const;
+    // Arrays; empty when absent. Point3 arrays hold 3 numbers a point; a count that is no multiple of the
+    // element's is an Error.
+    std::vector<float> FindFloats(std::string_view name) const;
+    std::vector<int> FindInts(std::string_view name) const;
+    std::vector<Point2f> FindPoint2fs(std::string_view name) const; // point2, vector2, or a plain float array
+    std::vector<Point3f> FindPoint3fs(std::string_view name) const;
+    std::vector<Normal3f> FindNormals(std::string_view name) const;
+    // The file named by a string parameter, made absolute or relative to the working directory (scene-relative
+    // names are resolved when parsed, against the folder of the top-level scene file as pbrt-v3 does); "" when absent.
+    std::string FindFilename(std::string_view name) const;
+
+    // A warning for each parameter that nobody read: "what" is the directive ("Shape \"sphere\"").
+    void ReportUnused(const std::string &what) const;
+};
+
+} // namespace cuticle
