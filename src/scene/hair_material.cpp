@@ -1,0 +1,67 @@
+//> Define the hair material
+#include "scene/hair_material.h"
+
+namespace cuticle {
+
+//> Read the hair's parameters from the scene
+HairMaterial::HairMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &options)
+    : options_(options) {
+    //> Take the colour from the first of sigma_a, color, melanin
+    const bool hasSigmaA = params.Find("sigma_a") != nullptr;
+    const bool hasColor = params.Find("color") || params.Find("reflectance");
+    const bool hasMelanin = params.Find("eumelanin") || params.Find("pheomelanin");
+    if (hasSigmaA)
+        sigmaA_ = textures.GetSpectrumTexture(params, "sigma_a", Spectrum(0));
+    if (hasColor)
+        color_ = textures.GetSpectrumTexture(params, params.Find("color") ? "color" : "reflectance", Spectrum(0));
+    if (hasMelanin || (!hasSigmaA && !hasColor)) {
+        eumelanin_ = textures.GetFloatTexture(params, "eumelanin", hasMelanin ? 0.f : 1.3f);
+        pheomelanin_ = textures.GetFloatTexture(params, "pheomelanin", 0.f);
+    }
+    //<
+    //> Warn where the scene gives more than one colour
+    if (params.Find("color") && params.Find("reflectance"))
+        Warning(params.loc, "hair colour given twice",
+                "\"color\" and \"reflectance\" are two names of one parameter; \"color\" is used. Give one of them.");
+    if (hasSigmaA + hasColor + hasMelanin > 1)
+        Warning(params.loc, "hair colour given twice",
+                std::string("hair takes its colour from one of \"sigma_a\", \"color\" and melanin; \"") +
+                    (hasSigmaA ? "sigma_a" : "color") + "\" is used, the rest ignored. Give one of them.");
+    //<
+    //> Read the shape of the lobes
+    eta_ = textures.GetFloatTexture(params, "eta", 1.55f);
+    betaM_ = textures.GetFloatTexture(params, "beta_m", 0.3f);
+    betaN_ = textures.GetFloatTexture(params, "beta_n", 0.3f);
+    alpha_ = textures.GetFloatTexture(params, "alpha", 2.f);
+    //<
+}
+//<
+
+//> Compute the absorption coefficient at a point of the fiber
+Spectrum HairMaterial::SigmaA(const TexturePoint &point, Float betaN) const {
+    if (sigmaA_)
+        return sigmaA_->Evaluate(point).Clamp();
+    if (color_)
+        return HairBSDF::SigmaAFromReflectance(color_->Evaluate(point), betaN);
+    return HairBSDF::SigmaAFromConcentration(std::max(0.f, eumelanin_->Evaluate(point)),
+                                             std::max(0.f, pheomelanin_->Evaluate(point)));
+}
+//<
+
+//> Make the BSDF of the fiber at a point
+void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
+    const TexturePoint point{si.p, si.uv};
+    const Float betaM = betaM_->Evaluate(point), betaN = betaN_->Evaluate(point);
+    // A ribbon's width is the fiber's diameter: its parameter v in [0, 1] is the offset $h$ in [-1, 1].
+    const Float h = std::clamp(-1 + 2 * si.uv.y, -1.f, 1.f);
+    const Float eta = eta_->Evaluate(point), alpha = alpha_->Evaluate(point);
+    const Spectrum sigmaA = SigmaA(point, betaN);
+    if (options_.scalarHair)
+        bsdf->SetScalarHair(h, eta, sigmaA, betaM, betaN, alpha, options_.tilt);
+    else
+        bsdf->SetHair(h, eta, sigmaA, betaM, betaN, alpha, options_.tilt);
+}
+//<
+
+} // namespace cuticle
+//<

@@ -1,0 +1,26 @@
+// Where a ray met the scene: what materials, lights and the integrator need to know of the place.
+#pragma once
+
+#include "core/vecmath.h"
+#include "shapes/curve_set.h"
+
+namespace cuticle {
+
+class Material;
+class AreaLight;
+
+struct SurfaceInteraction {
+    Point3f p;
+    Vector3f pError;      // bound of the rounding error of p, per axis (solids)
+    Normal3f n;           // geometric, unit length
+    Vector3f wo;          // unit, away from the surface, towards where the ray came from
+    Frame shading;        // x along dpdu (of a fiber: root to tip), z the shading normal
+    Point2f uv;           // of a curve: v across it, so that h = -1 + 2v
+    float t = 0;          // along the ray that found it
+    const Material *material = nullptr; // nullptr: pbrt's material "", which light passes
+    const AreaLight *areaLight = nullptr;
+    bool isCurve = false;
+    CurveOrigin curveOrigin; // of a curve: tells a new ray what it starts on
+};
+
+} // namespace cuticle
