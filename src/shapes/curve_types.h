@@ -30,4 +30,25 @@ struct CurveHit {
     uint32_t segment = 0;
 };
 
+// Where on a curve a ray starts, so that it does not meet the very hair that it leaves: see CurveSet. Made from the
+// hit that the path stands on, CurveOrigin{hit.segment, hit.u}; the ray then starts at the hit point itself, with no
+// offset.
+struct CurveOrigin {
+    uint32_t segment = 0;
+    float u = 0;
+};
+
+// What shading needs to know of a point on a curve.
+struct CurveSurface {
+    Point3f p;        // on the ribbon, in the coordinates of the ray
+    Vector3f tangent; // unit, from root to tip: the x axis of a fiber's local frame
+    Vector3f dpdu;    // dp/du; where the curve stands still, tangent times a tiny length
+    Vector3f dpdv;    // dp/dv: across the width, as long as the width, toward growing v
+    Normal3f n;       // unit; flat: faces the ray; cylinder: as on a tube; ribbon: its own, faces the ray
+    Point2f uv;       // u along the segment, v across it
+    float h = 0;      // -1 + 2v
+    float width = 0;  // full width at u; a ribbon's is its own, not the narrower one that the ray sees
+    float pError = 0; // bound of the rounding error of each coordinate of p
+};
+
 } // namespace cuticle

@@ -1,0 +1,107 @@
+//> Many curves at once
+#pragma once
+
+#include "shapes/curve_types.h"
+
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace cuticle {
+
+//> What may be chosen about a curve set
+struct CurveSetOptions {
+    // Instruction set of the kernels: "sse2", "avx2" or "avx512". Empty: the environment's CUTICLE_ISA, or else the
+    // widest that this processor has. An unknown name, or one that the processor lacks, throws Error.
+    std::string isa;
+    // Each segment is held as 2^split pieces, 0 to 3; negative: chosen by the memory that a segment may take.
+    int split = -1;
+    // A ray that starts on a hair ignores that hair up to this many of its radii, measured across the hair.
+    float selfReach = 1.5f;
+};
+//<
+
+//> The curve set
+// All curves of a scene (or of one object definition) in one bounding volume hierarchy of width 8. Leaves hold up to 16
+// pieces of curve as capsules around their chords; what a capsule lets through is solved on the true cubic, in double
+// precision. Thread-safe once built; the same tree and the same hits for any number of threads.
+//
+// What a hit is: the ray sees a curve as the ribbon that faces it, all points within half the width of the curve,
+// measured at right angles to it. So with C(u) the curve relative to the ray, projected along it: C(u).C'(u) = 0 and
+// |C(u)| <= width(u) / 2; of all such u in [0, 1] the one with the smallest t in (ray.tMin, ray.tMax) is the hit. A
+// ribbon's width is first narrowed by the angle between its normal and the ray.
+class CurveSet {
+  public:
+    CurveSet(); // holds nothing
+    // groupTypes: the type of each CurveSegment::group (a group beyond its end is Flat). ribbons: by index into
+    // segments. Segments with values that are not finite, or without any width, stay in the list but are never hit:
+    // DroppedSegments() counts them. Built with all threads of the current task arena.
+    CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
+             std::unordered_map<uint32_t, RibbonNormals> ribbons = {}, const CurveSetOptions &options = {});
+    ~CurveSet();
+    CurveSet(CurveSet &&) noexcept;
+    CurveSet &operator=(CurveSet &&) noexcept;
+
+    // The nearest hit with t in (ray.tMin, ray.tMax), or false. origin: where on a curve of this set the ray starts, or
+    // null. With it, the ray does not meet the strand that it leaves (the segment and its neighbours joined end to end)
+    // before it is clear of it: t |d| <= selfReach * radius / sin(angle between ray and strand), and no farther along
+    // the strand than the ray itself has gone. Other hairs are met however near. A ray whose direction is zero or not
+    // finite, or whose origin is not finite, meets nothing.
+    bool Intersect(const Ray &ray, const CurveOrigin *origin, CurveHit *hit) const;
+    // Whether there is any such hit.
+    bool Occluded(const Ray &ray, const CurveOrigin *origin) const;
+
+    // The surface at a hit of `ray` that Intersect returned.
+    CurveSurface Surface(const Ray &ray, const CurveHit &hit) const;
+
+    Bounds3f WorldBound() const; // empty for a set that holds nothing
+    size_t SegmentCount() const;
+    size_t DroppedSegments() const;
+    size_t MemoryBytes() const; // segments and accelerator
+    const CurveSegment &Segment(uint32_t i) const;
+    CurveType Type(uint32_t i) const;
+    const RibbonNormals *Ribbon(uint32_t i) const; // null where it has none
+    const char *Isa() const;                       // "sse2", "avx2" or "avx512"
+
+  private:
+    struct Data;
+    std::unique_ptr<Data> data_;
+};
+//<
+
+//> Which instruction set
+// What a set built with these default options runs on; throws Error where CUTICLE_ISA cannot be obeyed.
+const char *CurveSetIsa();
+// Whether this processor (and operating system) can run it; false for unknown names.
+bool CurveSetIsaSupported(const std::string &isa);
+//<
+
+//> The plain opponent
+// The way of pbrt-v3, for comparison: a binary tree over curves that were cut in 2^splitDepth pieces, each met by the
+// recursion of Curve in single precision, one at a time. A ray that starts on a curve skips two widths, as pbrt-v3's
+// error bound makes it do. The interface is CurveSet's.
+class BinaryCurveBvh {
+  public:
+    BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
+                   std::unordered_map<uint32_t, RibbonNormals> ribbons = {}, int splitDepth = 3);
+    ~BinaryCurveBvh();
+    BinaryCurveBvh(BinaryCurveBvh &&) noexcept;
+    BinaryCurveBvh &operator=(BinaryCurveBvh &&) noexcept;
+
+    bool Intersect(const Ray &ray, const CurveOrigin *origin, CurveHit *hit) const;
+    bool Occluded(const Ray &ray, const CurveOrigin *origin) const;
+    CurveSurface Surface(const Ray &ray, const CurveHit &hit) const;
+    Bounds3f WorldBound() const;
+    size_t SegmentCount() const;
+    size_t MemoryBytes() const;
+    const CurveSegment &Segment(uint32_t i) const;
+
+  private:
+    struct Data;
+    std::unique_ptr<Data> data_;
+};
+//<
+
+} // namespace cuticle
+//<
