@@ -1,0 +1,84 @@
+// The lights of a scene, and the choice among them.
+#pragma once
+
+#include "core/color.h"
+#include "scene/scene_description.h"
+#include "shapes/solid_set.h"
+
+#include <memory>
+#include <vector>
+
+namespace cuticle {
+
+// Light that arrives at a point. The estimator is f(wi) |cos| L / pdf if nothing stands in (0, distance) along wi.
+struct LightSample {
+    Vector3f wi;   // of unit length, from the reference point toward the light
+    float pdf = 0; // per steradian; 1 for delta lights (L then carries the falloff)
+    float distance =
+        0;      // free way needed; ends just short of an emitter's own surface; Infinity for far lights
+    Spectrum L; // radiance, or intensity / distance^2, or irradiance on a plane across wi
+    bool delta = false; // no other strategy can find this direction: no MIS
+};
+
+class Light {
+  public:
+    virtual ~Light() = default;
+    // u in [0,1)^2. False if the light sends nothing to ref (then *sample is not to be used).
+    virtual bool Sample_Li(const Point3f &ref, const Point2f &u, LightSample *sample) const = 0;
+    // The density per steradian of Sample_Li from ref at wi (unit length), for rays that leave the scene: infinite
+    // lights only, 0 for the others. For emitters that rays hit see DiffuseAreaLight::Pdf_Li.
+    virtual float Pdf_Li(const Point3f & /*ref*/, const Vector3f & /*wi*/) const { return 0; }
+    // Radiance along a ray that leaves the scene; its direction need not be of unit length.
+    virtual Spectrum Le(const Ray & /*ray*/) const { return Spectrum(0.f); }
+    // Watts, for far lights through the bounding sphere of the scene.
+    virtual Spectrum Power() const = 0;
+    virtual bool IsDelta() const { return false; }
+    virtual bool IsInfinite() const { return false; } // Le may be other than 0
+};
+
+// Emits L from the side its normal points to, or from both (twosided), over one geometry of a SolidSet, which
+// must outlive it.
+class DiffuseAreaLight : public Light {
+  public:
+    DiffuseAreaLight(const Spectrum &L, bool twoSided, const SolidSet *solids, uint32_t geometryId);
+    bool Sample_Li(const Point3f &ref, const Point2f &u, LightSample *sample) const override;
+    Spectrum Power() const override;
+    // Radiance that leaves a point of normal n (SolidHit::n) toward w.
+    Spectrum L(const Normal3f &n, const Vector3f &w) const {
+        return twoSided_ || Dot(n, w) > 0 ? L_ : Spectrum(0.f);
+    }
+    using Light::Pdf_Li;
+    // The density of Sample_Li(ref) at the direction of a ray from ref that met this light at hit.
+    float Pdf_Li(const Point3f &ref, const SolidHit &hit) const { return solids_->Pdf(ref, hit); }
+
+  private:
+    Spectrum L_;
+    bool twoSided_;
+    const SolidSet *solids_;
+    uint32_t geometryId_;
+};
+
+// LightSource directives: infinite (exinfinite), distant, point, spot. goniometric and projection are replaced by an
+// isotropic point light of the same I, with a Warning. An unknown name is an Error. worldBound: of
+// all shapes and curves. Values below 0 or NaN are set to 0 with a Warning that says where.
+std::unique_ptr<Light> MakeLight(const LightEntity &entity, const Bounds3f &worldBound);
+// AreaLightSource directives: diffuse (area).
+std::unique_ptr<DiffuseAreaLight> MakeAreaLight(const Entity &entity, const SolidSet *solids,
+                                                uint32_t geometryId);
+
+// Chooses one light at random: nine times in ten by power (CIE Y), else evenly among those that are not
+// black, since power says little about what reaches a point.
+class LightSampler {
+  public:
+    LightSampler() = default;
+    explicit LightSampler(const std::vector<const Light *> &lights);
+    // An index into lights, with its probability; -1 if all are black or there are none. u in [0,1); *uRemapped (if
+    // given) is uniform again.
+    int Sample(float u, float *probability, float *uRemapped = nullptr) const;
+    float Probability(int light) const { return probability_[static_cast<size_t>(light)]; }
+
+  private:
+    std::vector<float> probability_, cdf_; // cdf_[i]: of lights before i
+};
+
+} // namespace cuticle

@@ -1,0 +1,97 @@
+// Everything that is not a curve: triangle meshes, spheres, disks and cylinders, traced by Embree 3. Quadrics are
+// Embree user geometry, intersected here in object space and in double.
+#pragma once
+
+#include "core/vecmath.h"
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace cuticle {
+
+// Vertices in world space. n and uv are empty or hold one entry a vertex; indices: three a triangle. Without uv a
+// triangle's corners have pbrt-v3's (0,0), (1,0), (1,1).
+struct TriangleMesh {
+    std::vector<Point3f> p;
+    std::vector<Normal3f> n;
+    std::vector<Point2f> uv;
+    std::vector<uint32_t> indices;
+};
+
+// Where a ray met a solid. n is the geometric normal, of unit length and not turned toward the ray: the cross
+// product that pbrt-v3 takes, flipped for flipNormals, and for a mesh with vertex normals turned to their side.
+// ns is the shading normal (n where there is none better). uv and dpdu, dpdv are pbrt-v3's parameterisation; where it
+// is degenerate, dpdu and dpdv are any frame across n. |true p - p| <= pError in each coordinate.
+struct SolidHit {
+    float t = 0;
+    Point3f p;
+    Vector3f pError;
+    Normal3f n, ns;
+    Point2f uv;
+    Vector3f dpdu, dpdv;
+    uint32_t shapeId = 0;    // as given to Add...
+    uint32_t geometryId = 0; // as returned by Add...
+    uint32_t primId = 0;     // triangle of the mesh, counted as in its indices; 0 for quadrics
+};
+
+// A point on a surface. pdf is per unit area, or per unit solid angle where a reference point was given.
+struct ShapeSample {
+    Point3f p;
+    Vector3f pError;
+    Normal3f n; // oriented as SolidHit::n
+    float pdf = 0;
+};
+
+// The origin for a ray that leaves p toward w without meeting the surface again: p moved along n by as much as
+// pError allows p to be off, on the side of w, and each coordinate rounded away from p (pbrt-v3, section 3.9.5).
+Point3f OffsetRayOrigin(const Point3f &p, const Vector3f &pError, const Normal3f &n, const Vector3f &w);
+
+// Add shapes, Commit() once, then ask from any number of threads. Every Add returns a geometry id, counted from 0.
+// flipNormals is pbrt-v3's reverseOrientation ^ transformSwapsHandedness, so for quadrics it is
+// reverseOrientation alone here: their transformation is known.
+class SolidSet {
+  public:
+    SolidSet();
+    ~SolidSet();
+    SolidSet(SolidSet &&) noexcept;
+    SolidSet &operator=(SolidSet &&) noexcept;
+
+    // Triangles with an index out of range, a vertex that is not finite, or no area are dropped; one Warning counts
+    // them. Normals or uv whose number differs from the vertices', or an index count that is no multiple of 3: Error.
+    uint32_t AddMesh(TriangleMesh mesh, uint32_t shapeId, bool flipNormals);
+    // pbrt-v3's parameters, phiMax in degrees, clamped as there. A singular transformation or parameters that are not
+    // finite: Error. A radius of 0 or an empty sweep: a Warning, and a shape that no ray meets.
+    uint32_t AddSphere(const Transform &objectToWorld, float radius, float zMin, float zMax, float phiMax,
+                       uint32_t shapeId, bool reverseOrientation);
+    uint32_t AddDisk(const Transform &objectToWorld, float height, float radius, float innerRadius,
+                     float phiMax, uint32_t shapeId, bool reverseOrientation);
+    uint32_t AddCylinder(const Transform &objectToWorld, float radius, float zMin, float zMax, float phiMax,
+                         uint32_t shapeId, bool reverseOrientation);
+    void Commit();
+
+    // The nearest hit with t in (ray.tMin, ray.tMax). A ray with a NaN or without a direction meets nothing.
+    bool Intersect(const Ray &ray, SolidHit *hit) const;
+    bool Occluded(const Ray &ray) const;
+    Bounds3f WorldBound() const; // empty without shapes
+    size_t Geometries() const;
+    size_t MemoryBytes() const; // Embree's and ours
+
+    // --- for area lights ---
+    // World-space area.
+    float Area(uint32_t geometryId) const;
+    // A point uniform over the area (for a quadric under a transformation that is no similarity: uniform in object
+    // space, with the density that makes). u in [0,1)^2. False for a shape of no area.
+    bool Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample) const;
+    // As seen from ref: a full sphere that ref is outside of by solid angle, all else by area; pdf per
+    // steradian. False where pdf would be 0 or infinite.
+    bool Sample(uint32_t geometryId, const Point3f &ref, const Point2f &u, ShapeSample *sample) const;
+    // The density per steradian with which Sample(geometryId, ref, ...) picks the direction that led to hit.
+    float Pdf(const Point3f &ref, const SolidHit &hit) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace cuticle
