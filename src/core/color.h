@@ -18,10 +18,18 @@ class RGBSpectrum {
 
     constexpr float operator[](int i) const { return c[static_cast<size_t>(i)]; }
     constexpr float &operator[](int i) { return c[static_cast<size_t>(i)]; }
-    constexpr RGBSpectrum operator+(const RGBSpectrum &b) const { return {c[0] + b[0], c[1] + b[1], c[2] + b[2]}; }
-    constexpr RGBSpectrum operator-(const RGBSpectrum &b) const { return {c[0] - b[0], c[1] - b[1], c[2] - b[2]}; }
-    constexpr RGBSpectrum operator*(const RGBSpectrum &b) const { return {c[0] * b[0], c[1] * b[1], c[2] * b[2]}; }
-    constexpr RGBSpectrum operator/(const RGBSpectrum &b) const { return {c[0] / b[0], c[1] / b[1], c[2] / b[2]}; }
+    constexpr RGBSpectrum operator+(const RGBSpectrum &b) const {
+        return {c[0] + b[0], c[1] + b[1], c[2] + b[2]};
+    }
+    constexpr RGBSpectrum operator-(const RGBSpectrum &b) const {
+        return {c[0] - b[0], c[1] - b[1], c[2] - b[2]};
+    }
+    constexpr RGBSpectrum operator*(const RGBSpectrum &b) const {
+        return {c[0] * b[0], c[1] * b[1], c[2] * b[2]};
+    }
+    constexpr RGBSpectrum operator/(const RGBSpectrum &b) const {
+        return {c[0] / b[0], c[1] / b[1], c[2] / b[2]};
+    }
     constexpr RGBSpectrum operator*(float s) const { return {c[0] * s, c[1] * s, c[2] * s}; }
     constexpr RGBSpectrum operator/(float s) const { return {c[0] / s, c[1] / s, c[2] / s}; }
     constexpr RGBSpectrum operator-() const { return {-c[0], -c[1], -c[2]}; }
@@ -54,12 +62,17 @@ inline std::ostream &operator<<(std::ostream &os, const Spectrum &s) {
 Spectrum XYZToRGB(const std::array<double, 3> &xyz);
 std::array<double, 3> RGBToXYZ(const Spectrum &rgb);
 
+// x-bar, y-bar, z-bar of the CIE 1931 2-degree observer; lambda in nm, 0 outside 360 to 830. Tabulated in steps of
+// 5 nm, a cubic in between.
+std::array<double, 3> MatchingFunction(double lambda);
+
 // Integrates a sampled spectrum against the CIE 1931 2-degree observer, as pbrt-v3 does: XYZ divided by the
 // integral of Y-bar, linear between samples, constant beyond the ends. lambda: nm, any order, same length as
-// values; wavelengths and values must be finite.
+// values; wavelengths and values must be finite and at least one (Error otherwise).
+std::array<double, 3> XYZFromSamples(std::vector<double> lambda, std::vector<double> values);
 Spectrum SpectrumFromSamples(std::vector<double> lambda, std::vector<double> values);
 
-// Planck's law normalised to a maximum of 1 over wavelength, times scale (pbrt-v3's "blackbody"). kelvin > 0.
+// Planck's law normalised to a maximum of 1 over wavelength, times scale (pbrt-v3's "blackbody"). kelvin > 0 (Error otherwise).
 Spectrum BlackbodyToRGB(double kelvin, double scale);
 
 // Reads a .spd text file of "wavelength value" pairs, # comments. Throws Error that names file and line.
