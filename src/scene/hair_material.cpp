@@ -52,14 +52,21 @@ Spectrum HairMaterial::SigmaA(const TexturePoint &point, Float betaN) const {
 void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
     const TexturePoint point{si.p, si.uv};
     const Float betaM = betaM_->Evaluate(point), betaN = betaN_->Evaluate(point);
-    // A ribbon's width is the fiber's diameter: its parameter v in [0, 1] is the offset $h$ in [-1, 1].
-    const Float h = std::clamp(-1 + 2 * si.uv.y, -1.f, 1.f);
+    //> Find the offset $h$ across the fiber from the ribbon's $v$
+    // A ribbon's width is the fiber's diameter. In the local frame (x the tangent, z toward the viewer) v grows toward
+    // -y. A mirror of a fiber sends light that meets it on the side of +y toward +y, and $\Phi(0, h) = -2 \gamma_o$
+    // does so where h has the sign of y: $h = 1 - 2 v$. pbrt-v3 takes -1 + 2 v and so mirrors every fiber about
+    // its axis. The mean over the width stays; on a fiber wider than a pixel the highlight changes sides.
+    Float h = std::clamp(1 - 2 * si.uv.y, -1.f, 1.f);
+    if (options_.compatPbrtV3)
+        h = -h;
+    //<
     const Float eta = eta_->Evaluate(point), alpha = alpha_->Evaluate(point);
     const Spectrum sigmaA = SigmaA(point, betaN);
     if (options_.scalarHair)
-        bsdf->SetScalarHair(h, eta, sigmaA, betaM, betaN, alpha, options_.tilt);
+        bsdf->SetScalarHair(h, eta, sigmaA, betaM, betaN, alpha, options_.compatPbrtV3 ? ScaleTilt::PbrtV3 : ScaleTilt::RootToTip);
     else
-        bsdf->SetHair(h, eta, sigmaA, betaM, betaN, alpha, options_.tilt);
+        bsdf->SetHair(h, eta, sigmaA, betaM, betaN, alpha, options_.compatPbrtV3 ? ScaleTilt::PbrtV3 : ScaleTilt::RootToTip);
 }
 //<
 

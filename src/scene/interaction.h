@@ -7,7 +7,6 @@
 namespace cuticle {
 
 class Material;
-class AreaLight;
 
 struct SurfaceInteraction {
     Point3f p;
@@ -18,9 +17,10 @@ struct SurfaceInteraction {
     Point2f uv;           // of a curve: v across it, so that h = -1 + 2v
     float t = 0;          // along the ray that found it
     const Material *material = nullptr; // nullptr: pbrt's material "", which light passes
-    const AreaLight *areaLight = nullptr;
+    int light = -1;       // of an emitter: index of its light in the scene
     bool isCurve = false;
     CurveOrigin curveOrigin; // of a curve: tells a new ray what it starts on
+    uint32_t geometryId = 0, primId = 0; // of a solid: see SolidHit
 };
 
 } // namespace cuticle

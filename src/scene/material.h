@@ -12,7 +12,7 @@ namespace cuticle {
 
 // Choices that a scene file does not make: the command line does.
 struct MaterialOptions {
-    ScaleTilt tilt = ScaleTilt::RootToTip; // PbrtV3 under --compat pbrt-v3
+    bool compatPbrtV3 = false; // hair as pbrt-v3 has it, where we hold that to be wrong: see HairMaterial
     bool scalarHair = false;               // evaluate hair the plain scalar way (the benchmark's opponent)
 };
 

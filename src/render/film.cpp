@@ -1,0 +1,106 @@
+#include "render/film.h"
+
+#include <cmath>
+
+namespace cuticle {
+
+Film::Film(const Entity &entity, const FilmOptions &options) {
+    const ParamSet &p = entity.params;
+    static constexpr std::string_view kNames[] = {"image"};
+    if (entity.type != "image")
+        throw Error(p.loc, "unknown film \"" + entity.type + "\"." + Suggestion(entity.type, kNames, 1));
+    filename_ = p.FindString("filename", "");
+    resolution_ = {p.FindInt("xresolution", 1280), p.FindInt("yresolution", 720)};
+    if (options.quick)
+        resolution_ = {std::max(1, resolution_.x / 4), std::max(1, resolution_.y / 4)};
+    // 2^28 pixels of this film take 15 GB; what is more is a slip of the pen
+    if (resolution_.x <= 0 || resolution_.y <= 0 ||
+        static_cast<int64_t>(resolution_.x) * resolution_.y > (int64_t{1} << 28))
+        throw Error(p.loc, "a film of " + std::to_string(resolution_.x) + " x " + std::to_string(resolution_.y) +
+                               " pixels cannot be made; xresolution and yresolution must be positive, at most "
+                               "2^28 pixels together");
+    std::array<float, 4> crop{0, 1, 0, 1};
+    const std::vector<float> given = p.FindFloats("cropwindow");
+    if (given.size() == 4)
+        std::copy(given.begin(), given.end(), crop.begin());
+    else if (!given.empty())
+        throw Error(p.loc, "\"cropwindow\" takes 4 numbers (x0 x1 y0 y1), not " + std::to_string(given.size()));
+    if (options.crop)
+        crop = *options.crop;
+    for (size_t i = 0; i < 4; i += 2) {
+        if (!std::isfinite(crop[i]) || !std::isfinite(crop[i + 1]))
+            throw Error(p.loc, "the crop window holds a number that is not finite");
+        if (crop[i] > crop[i + 1])
+            std::swap(crop[i], crop[i + 1]);
+        crop[i] = std::clamp(crop[i], 0.f, 1.f);
+        crop[i + 1] = std::clamp(crop[i + 1], 0.f, 1.f);
+    }
+    // As pbrt-v3: a pixel belongs to the window that its lower corner lies in, so that adjoining windows tile
+    const auto pixel = [](int resolution, float fraction) {
+        return static_cast<int>(std::ceil(static_cast<float>(resolution) * fraction));
+    };
+    min_ = {pixel(resolution_.x, crop[0]), pixel(resolution_.y, crop[2])};
+    max_ = {pixel(resolution_.x, crop[1]), pixel(resolution_.y, crop[3])};
+    if (min_.x >= max_.x || min_.y >= max_.y)
+        throw Error(p.loc, "the crop window holds no pixel; give x0 < x1 and y0 < y1 between 0 and 1");
+    scale_ = p.FindFloat("scale", 1);
+    maxLuminance_ = p.FindFloat("maxsampleluminance", Infinity);
+    (void)p.FindFloat("diagonal", 35); // of the film in mm: only pbrt-v3's realistic camera uses it
+    p.ReportUnused("Film \"image\"");
+    pixels_.resize(static_cast<size_t>(max_.x - min_.x) * static_cast<size_t>(max_.y - min_.y));
+}
+
+bool Film::Add(int x, int y, const Spectrum &radiance) {
+    if (!radiance.IsFinite())
+        return false;
+    Spectrum l = radiance;
+    if (const float luminance = l.y(); luminance > maxLuminance_)
+        l *= maxLuminance_ / luminance;
+    Pixel &pixel =
+        pixels_[static_cast<size_t>(y - min_.y) * static_cast<size_t>(max_.x - min_.x) + static_cast<size_t>(x - min_.x)];
+    for (size_t c = 0; c < 3; ++c) {
+        const double v = l.c[c];
+        pixel.sum[c] += v;
+        pixel.sumSquares[c] += v * v;
+    }
+    ++pixel.n;
+    return true;
+}
+
+Image Film::Develop(bool variance) const {
+    std::vector<std::string> channels{"R", "G", "B"};
+    if (variance)
+        channels.insert(channels.end(), {"variance.R", "variance.G", "variance.B"});
+    Image image(max_.x - min_.x, max_.y - min_.y, channels);
+    image.fullWidth = resolution_.x;
+    image.fullHeight = resolution_.y;
+    image.cropX = min_.x;
+    image.cropY = min_.y;
+    size_t out = 0;
+    for (const Pixel &pixel : pixels_) {
+        const double n = pixel.n;
+        std::array<double, 3> mean{};
+        for (size_t c = 0; c < 3; ++c) {
+            mean[c] = n > 0 ? pixel.sum[c] / n : 0;
+            image.data[out++] = static_cast<float>(scale_ * mean[c]);
+        }
+        if (!variance)
+            continue;
+        for (size_t c = 0; c < 3; ++c) {
+            // One sample tells nothing of the spread: infinite variance, so that no test trusts it
+            const double v =
+                n > 1 ? std::max(0.0, pixel.sumSquares[c] / n - mean[c] * mean[c]) / (n - 1) : std::numeric_limits<double>::infinity();
+            image.data[out++] = static_cast<float>(scale_ * scale_ * v);
+        }
+    }
+    return image;
+}
+
+int Film::MinSamples() const {
+    uint32_t n = std::numeric_limits<uint32_t>::max();
+    for (const Pixel &pixel : pixels_)
+        n = std::min(n, pixel.n);
+    return static_cast<int>(n);
+}
+
+} // namespace cuticle

@@ -1,0 +1,28 @@
+//> Declare the path integrator
+#pragma once
+
+#include "render/integrator.h"
+
+namespace cuticle {
+
+// Unidirectional path tracing with light sampling, multiple importance sampling and Russian roulette (pbrt-v3's
+// "path"). The ray that continues the path is also the one that looks for lights by BSDF sampling: one ray does
+// both, where pbrt-v3 traces two.
+class PathIntegrator : public Integrator {
+  public:
+    struct Settings {
+        int maxDepth = 5;          // scattering events after the camera ray; 0: only lights seen directly
+        float rrThreshold = 1;     // paths whose throughput falls below it may end by roulette
+        bool directOnly = false;   // "directlighting": follow only mirrors and glass past the first surface
+    };
+    explicit PathIntegrator(const Settings &settings) : settings_(settings) {}
+    Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler, RayCounts &counts) const override;
+
+  private:
+    Spectrum SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene, PixelSampler &sampler,
+                         RayCounts &counts) const;
+    Settings settings_;
+};
+
+} // namespace cuticle
+//<

@@ -1,0 +1,80 @@
+// The scene as rays meet it: curves, solids, materials and lights made from a description.
+#pragma once
+
+#include "scene/interaction.h"
+#include "scene/light.h"
+#include "scene/material.h"
+#include "scene/scene_description.h"
+#include "shapes/curve_set.h"
+#include "shapes/solid_set.h"
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace cuticle {
+
+struct SceneOptions {
+    MaterialOptions materials;
+    // Curves in the plain binary tree, met by recursion, as pbrt-v3 does it: the benchmark's opponent.
+    bool binaryCurves = false;
+};
+
+// A ray with what it starts on.
+struct SceneRay {
+    Ray ray;
+    CurveOrigin origin;
+    bool fromCurve = false;
+};
+
+class Scene {
+  public:
+    // Takes the description's curves and object definitions (their lists are empty afterwards); the rest of it stays
+    // for the film, camera and integrator. Throws Error with the directive's place where an object cannot be
+    // made; what is known and not rendered gives one warning a kind.
+    Scene(SceneDescription *description, const SceneOptions &options);
+    Scene(const Scene &) = delete;
+    Scene &operator=(const Scene &) = delete;
+
+    // The nearest surface in (tMin, tMax); the ray's direction must be of unit length.
+    bool Intersect(const SceneRay &ray, SurfaceInteraction *si) const;
+    bool Occluded(const SceneRay &ray) const;
+    // A ray that leaves si along w (unit length) and does not meet the place that it starts from: curves decide that
+    // by geometry, solids by the bound of the hit point's rounding error.
+    SceneRay SpawnRay(const SurfaceInteraction &si, const Vector3f &w) const;
+
+    // Lights are numbered; area lights have numbers like the others.
+    const Light &LightAt(int i) const { return *lights_[static_cast<size_t>(i)]; }
+    const std::vector<int> &InfiniteLights() const { return infiniteLights_; }
+    const LightSampler &Lights() const { return lightSampler_; }
+    const DiffuseAreaLight &AreaLightAt(int i) const {
+        return static_cast<const DiffuseAreaLight &>(*lights_[static_cast<size_t>(i)]);
+    }
+    // The density per steradian with which the area light at si samples it from ref.
+    float AreaLightPdf(const Point3f &ref, const SurfaceInteraction &si) const;
+
+    Bounds3f WorldBound() const;
+    size_t Curves() const;      // segments
+    size_t MemoryBytes() const; // shapes and accelerators
+    const char *Isa() const;    // what the curve kernels run on
+
+  private:
+    struct SolidInfo { // by shape id
+        const Material *material = nullptr;
+        int light = -1;
+    };
+    class Builder;
+
+    std::vector<std::unique_ptr<Material>> materials_;
+    std::vector<const Material *> curveMaterials_; // by curve group
+    std::vector<SolidInfo> solidInfos_;
+    SolidSet solids_;
+    bool haveSolids_ = false, haveCurves_ = false;
+    CurveSet curves_;
+    std::optional<BinaryCurveBvh> binaryCurves_;
+    std::vector<std::unique_ptr<Light>> lights_;
+    std::vector<int> infiniteLights_;
+    LightSampler lightSampler_;
+};
+
+} // namespace cuticle
