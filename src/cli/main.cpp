@@ -1,0 +1,41 @@
+// cuticle: one program, one command for each thing it does.
+#include "cli/commands.h"
+#include "core/error.h"
+
+#include <glog/logging.h>
+
+#include <iostream>
+#include <new>
+
+int main(int argc, char **argv) {
+    google::InitGoogleLogging(argv[0]);
+    FLAGS_logtostderr = true;
+    CLI::App app{"Cuticle renders pbrt-v3 scenes that hold hair.", "cuticle"};
+    app.set_version_flag("--version", "cuticle " CUTICLE_VERSION);
+    app.require_subcommand(1);
+    app.get_formatter()->column_width(34);
+    app.footer("`cuticle COMMAND --help` tells all about a command.\n"
+               "Example: cuticle render scenes/quickstart.pbrt -o picture.png");
+    cuticle::AddRenderCommand(app);
+    cuticle::AddGroomCommand(app);
+    cuticle::AddCompareCommand(app);
+    cuticle::AddConvertCommand(app);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError &e) {
+        // Every mistake exits with 1; help and version with 0
+        return app.exit(e) == 0 ? 0 : 1;
+    } catch (const cuticle::ExitStatus &e) {
+        return e.status;
+    } catch (const cuticle::Error &e) {
+        std::cerr << e.what() << "\n";
+        return 1;
+    } catch (const std::bad_alloc &) {
+        std::cerr << "error: not enough memory\n";
+        return 1;
+    } catch (const std::exception &e) {
+        std::cerr << "error: " << e.what() << "\n";
+        return 1;
+    }
+    return 0;
+}

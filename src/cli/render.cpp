@@ -1,0 +1,192 @@
+// cuticle render: scene in, picture out.
+#include "cli/commands.h"
+#include "core/error.h"
+#include "render/renderer.h"
+#include "scene/scene.h"
+
+#include <nlohmann/json.hpp>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace cuticle {
+
+namespace {
+
+std::atomic<bool> interrupted = false;
+
+// The first Ctrl-C asks for what there is; a second one, of an impatient user, ends the program.
+extern "C" void OnInterrupt(int) {
+    if (interrupted.exchange(true))
+        _exit(130);
+}
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double PeakMegabytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+struct RenderArguments {
+    std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes";
+    int spp = 0, threads = 0;
+    uint64_t seed = 0;
+    std::vector<float> crop;
+    bool quiet = false, strict = false, variance = false, quick = false;
+};
+
+// An output that cannot be written is found before hours are spent on it.
+void CheckOutput(const std::string &filename) {
+    const std::filesystem::path path(filename);
+    const std::string ending = path.extension().string();
+    if (ending != ".exr" && ending != ".png")
+        throw Error("the picture's name \"" + filename + "\" must end in .exr or .png (option -o)");
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    std::error_code error;
+    if (!std::filesystem::is_directory(folder, error))
+        throw Error("the picture's folder \"" + folder.string() + "\" does not exist");
+    if (access(folder.c_str(), W_OK) != 0)
+        throw Error("the picture's folder \"" + folder.string() + "\" cannot be written to");
+    if (std::filesystem::is_directory(path, error))
+        throw Error("the picture's name \"" + filename + "\" is that of a folder");
+}
+
+void RunRender(const RenderArguments &a) {
+    SetStrictWarnings(a.strict);
+    // --threads bounds parsing and building as well as rendering
+    std::optional<tbb::global_control> limit;
+    if (a.threads > 0)
+        limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(a.threads));
+
+    auto start = std::chrono::steady_clock::now();
+    SceneDescription description = ParseScene(a.scene);
+    const double parseSeconds = SecondsSince(start);
+
+    std::string output = a.output.empty() ? DefaultOutput(description) : a.output;
+    if (a.output.empty() && std::filesystem::path(output).extension() != ".png" &&
+        std::filesystem::path(output).extension() != ".exr") {
+        Warning("output format", "the scene's film asks for \"" + output + "\"; .exr is written instead");
+        output = std::filesystem::path(output).replace_extension(".exr").string();
+    }
+    CheckOutput(output);
+
+    start = std::chrono::steady_clock::now();
+    SceneOptions sceneOptions;
+    sceneOptions.materials.compatPbrtV3 = a.compat == "pbrt-v3";
+    sceneOptions.materials.scalarHair = a.hair == "scalar";
+    sceneOptions.binaryCurves = a.curves == "binary";
+    const Scene scene(&description, sceneOptions);
+    const double buildSeconds = SecondsSince(start);
+    FlushWarnings();
+
+    RenderOptions options;
+    if (a.spp > 0)
+        options.spp = a.spp;
+    if (!a.integrator.empty())
+        options.integrator = a.integrator;
+    options.threads = a.threads;
+    options.seed = a.seed;
+    options.quick = a.quick;
+    options.progress = !a.quiet;
+    options.variance = a.variance;
+    options.interrupted = &interrupted;
+    if (!a.crop.empty())
+        options.film.crop = {a.crop[0], a.crop[1], a.crop[2], a.crop[3]};
+    std::signal(SIGINT, OnInterrupt);
+    RenderStats stats;
+    const Image image = Render(description, scene, options, &stats);
+    FlushWarnings();
+    WriteImage(output, image);
+
+    if (stats.nanSamples > 0)
+        std::cerr << "warning: " << stats.nanSamples << " samples were not finite and were left out\n";
+    if (!a.stats.empty()) {
+        nlohmann::ordered_json json;
+        json["scene"] = a.scene;
+        json["output"] = output;
+        json["parse_s"] = parseSeconds;
+        json["parse_bytes"] = description.bytesRead;
+        json["build_s"] = buildSeconds;
+        json["render_s"] = stats.renderSeconds;
+        json["spp"] = stats.sppReached;
+        json["width"] = image.width;
+        json["height"] = image.height;
+        json["rays"] = stats.rays;
+        json["shadow_rays"] = stats.shadowRays;
+        json["curves"] = scene.Curves();
+        json["scene_mb"] = static_cast<double>(scene.MemoryBytes()) / (1024 * 1024);
+        json["peak_rss_mb"] = PeakMegabytes();
+        json["nan_samples"] = stats.nanSamples;
+        json["threads"] = stats.threads;
+        json["isa"] = scene.Isa();
+        json["seed"] = a.seed;
+        json["version"] = CUTICLE_VERSION;
+        WriteFileAtomically(a.stats, json.dump(2) + "\n");
+    }
+    const bool stopped = stats.sppReached < stats.spp;
+    if (stopped)
+        std::cerr << "stopped after " << stats.sppReached << " of " << stats.spp << " samples per pixel; wrote " << output
+                  << "\n";
+    else if (!a.quiet)
+        std::printf("%s: %d x %d, %d samples per pixel, %zu curves; read %.1f s, built %.1f s, rendered %.1f s\n",
+                    output.c_str(), image.width, image.height, stats.sppReached, scene.Curves(), parseSeconds,
+                    buildSeconds, stats.renderSeconds);
+    if (stopped)
+        throw ExitStatus{130};
+}
+
+} // namespace
+
+void AddRenderCommand(CLI::App &app) {
+    auto a = std::make_shared<RenderArguments>();
+    CLI::App *c = app.add_subcommand("render", "Render a pbrt-v3 scene to a picture.");
+    c->add_option("SCENE", a->scene, "scene file, .pbrt or .pbrt.gz")->required();
+    c->add_option("-o,--output,--outfile", a->output,
+                  "picture to write, .exr or .png (default: the scene's Film filename, else SCENE.exr)")
+        ->type_name("FILE");
+    c->add_option("--spp", a->spp, "samples per pixel (default: the scene's Sampler)")
+        ->check(CLI::Range(1, 1 << 24))
+        ->type_name("N");
+    c->add_option("--threads,--nthreads", a->threads, "threads; the picture does not depend on them (default: all cores)")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    c->add_option("--crop,--cropwindow", a->crop, "render only this window, in fractions of the picture")
+        ->expected(4)
+        ->type_name("x0 x1 y0 y1");
+    c->add_option("--seed", a->seed, "seed of the random numbers; another seed, another noise (default: 0)")->type_name("N");
+    c->add_option("--integrator", a->integrator, "path or directlighting (default: the scene's)")->type_name("NAME");
+    c->add_flag("--variance", a->variance, "add the variance of every pixel's mean as channels variance.R .G .B (.exr)");
+    c->add_option("--stats", a->stats, "write times, counts and memory as JSON")->type_name("FILE.json");
+    c->add_flag("--quick", a->quick, "a quarter of the resolution each way and of the samples");
+    c->add_flag("--quiet", a->quiet, "no progress and no closing line; warnings and errors stay");
+    c->add_flag("--strict", a->strict, "warnings become errors");
+    c->add_option("--compat", a->compat, "pbrt-v3: tilt the scales and mirror the fibers as pbrt-v3 does")
+        ->check(CLI::IsMember({"pbrt-v3"}))
+        ->type_name("RENDERER");
+    c->add_option("--curves", a->curves,
+                  "wide: our curve set; binary: pbrt-v3's way, a binary tree and recursion, for comparison (default: wide)")
+        ->check(CLI::IsMember({"wide", "binary"}))
+        ->type_name("NAME");
+    c->add_option("--hair", a->hair,
+                  "lanes: our hair model; scalar: the same, one lobe at a time, for comparison (default: lanes)")
+        ->check(CLI::IsMember({"lanes", "scalar"}))
+        ->type_name("NAME");
+    c->footer("Ctrl-C writes what there is and says how many samples it holds (exit status 130).\n"
+              "CUTICLE_ISA=sse2|avx2|avx512 chooses the curve kernels' instruction set; default: the best there is.\n"
+              "Example: cuticle render scenes/quickstart.pbrt --spp 64 -o head.exr --stats head.json");
+    c->callback([a] { RunRender(*a); });
+}
+
+} // namespace cuticle
