@@ -1,0 +1,107 @@
+// Special functions and the handful of operations that let one text serve numbers and registers of numbers.
+//
+// A template of the fiber model runs for float, double, long double and for a register of floats (the kernels of
+// src/fibers). It calls Exp, Expm1, Sqrt, Select, Max: the overloads for numbers stand here, those for registers in the
+// kernel. Everything here is always inlined: kernels are compiled for other processors than the rest, and no
+// function of theirs may be the one that the linker keeps for all.
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <numbers>
+
+#define CUTICLE_INLINE [[gnu::always_inline]] inline
+
+namespace cuticle {
+
+template <std::floating_point T>
+CUTICLE_INLINE T Sqrt(T x) {
+    return std::sqrt(x);
+}
+template <std::floating_point T>
+CUTICLE_INLINE T Exp(T x) {
+    return std::exp(x);
+}
+template <std::floating_point T>
+CUTICLE_INLINE T Expm1(T x) {
+    return std::expm1(x);
+}
+template <std::floating_point T>
+CUTICLE_INLINE T Select(bool condition, T yes, T no) {
+    return condition ? yes : no;
+}
+// The larger of two numbers; a if b is smaller or not comparable.
+template <std::floating_point T>
+CUTICLE_INLINE T Max(T a, T b) {
+    return a < b ? b : a;
+}
+
+// Multiplies a polynomial out by Horner's rule; coefficients from the constant upward.
+template <typename V, typename... C>
+CUTICLE_INLINE V Polynomial(V x, float c0, C... rest) {
+    if constexpr (sizeof...(rest) == 0)
+        return V(c0);
+    else
+        return V(c0) + x * Polynomial(x, rest...);
+}
+
+// The exponentially scaled modified Bessel function of order 0 in two parts:
+//     exp(-x) I_0(x) = factor * exp(-exponent),   x >= 0,
+// so that a caller whose result holds another exponential takes one of the sum. For float and for registers of
+// floats: one evaluation of a polynomial whose coefficients depend on the side of x = 5, in x^2 below and in
+// 1 / (x + 1/4) above (Chebyshev fits made for this file, relative error below 7e-8 before rounding).
+template <typename V>
+struct ScaledBessel {
+    V factor, exponent;
+};
+template <typename V>
+CUTICLE_INLINE ScaledBessel<V> SplitI0e(V x) {
+    const auto small = x < V(5.f);
+    const V t = V(1.f) / (x + V(0.25f));
+    const V y = Select(small, x * x, t);
+    constexpr float below[] = {0.9999999406f,   0.250000304f,    0.0156247454f,   0.0004341087895f,
+                               6.769073416e-6f, 6.887625289e-8f, 4.22232154e-10f, 3.534933798e-12f};
+    constexpr float above[] = {0.3989422922f, 0.09972770261f, 0.05694282937f, 0.02125113883f,
+                               0.6998527047f, -5.677961349f,  26.93223739f,   -42.85610836f};
+    V p = Select(small, V(below[7]), V(above[7]));
+    for (int k = 6; k >= 0; --k)
+        p = p * y + Select(small, V(below[k]), V(above[k]));
+    return {p * Select(small, V(1.f), Sqrt(t)), Select(small, x, V(0.f))};
+}
+
+// exp(-x) I_0(x) for x >= 0; an infinite x gives 0, NaN gives NaN. float: the fit above. double and long double:
+// the power series, all of whose terms are positive, below x = 30, and the asymptotic series (Abramowitz and
+// Stegun 9.7.1) above, whose smallest term there is of the order of exp(-60).
+template <std::floating_point T>
+T I0e(T x) {
+    if constexpr (std::same_as<T, float>) {
+        const ScaledBessel<float> split = SplitI0e(x);
+        return split.factor * std::exp(-split.exponent);
+    } else if (x < T(30)) {
+        const T quarter = x * x / 4;
+        T term = 1, sum = 1;
+        for (int k = 1; k < 200 && term > sum * std::numeric_limits<T>::epsilon() / 16; ++k) {
+            term *= quarter / (T(k) * T(k));
+            sum += term;
+        }
+        return std::exp(-x) * sum;
+    } else {
+        T term = 1, sum = 1;
+        for (int k = 1; k < 60 && term > std::numeric_limits<T>::epsilon() / 16; ++k) {
+            term *= T(2 * k - 1) * T(2 * k - 1) / (T(8) * T(k) * x);
+            sum += term;
+        }
+        return sum / std::sqrt(2 * std::numbers::pi_v<T> * x);
+    }
+}
+template <>
+CUTICLE_INLINE ScaledBessel<double> SplitI0e(double x) {
+    return {I0e(x), 0};
+}
+template <>
+CUTICLE_INLINE ScaledBessel<long double> SplitI0e(long double x) {
+    return {I0e(x), 0};
+}
+
+} // namespace cuticle
