@@ -4,14 +4,30 @@
 #include "core/color.h"
 #include "core/error.h"
 
-#include <optional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace cuticle {
 
-enum class ParamType { Bool, Integer, Float, Point2, Vector2, Point3, Vector3, Normal, Spectrum, String, Texture };
+// g++ takes members of a scoped enumeration for shadows of the types of the same name, which they are not.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wshadow"
+enum class ParamType {
+    Bool,
+    Integer,
+    Float,
+    Point2,
+    Vector2,
+    Point3,
+    Vector3,
+    Normal,
+    Spectrum,
+    String,
+    Texture
+};
+#pragma GCC diagnostic pop
 
 // One parameter. Numbers of all numeric types are in `numbers` (integers exactly, up to 2^53); a Spectrum has been turned
 // into linear RGB triples in `numbers`, whatever its spelling (rgb, xyz, blackbody, samples, .spd file).
@@ -34,6 +50,8 @@ class ParamSet {
   public:
     FileLoc loc; // of the directive
     std::vector<Param> params;
+    // The folder of the top-level scene file, where FindFilename looks; null or "": the working directory.
+    std::shared_ptr<const std::string> folder;
 
     bool empty() const { return params.empty(); }
     const Param *Find(std::string_view name) const; // any type; does not mark it as used
@@ -56,8 +74,8 @@ class ParamSet {
     std::vector<Point2f> FindPoint2fs(std::string_view name) const; // point2, vector2, or a plain float array
     std::vector<Point3f> FindPoint3fs(std::string_view name) const;
     std::vector<Normal3f> FindNormals(std::string_view name) const;
-    // The file named by a string parameter, made absolute or relative to the working directory (scene-relative
-    // names are resolved when parsed, against the folder of the top-level scene file as pbrt-v3 does); "" when absent.
+    // The file named by a string parameter: an absolute name as it is, any other joined to `folder` as pbrt-v3 does
+    // wherever the directive stood; "" when absent. For files that are read (Film's output name is a FindString).
     std::string FindFilename(std::string_view name) const;
 
     // A warning for each parameter that nobody read: "what" is the directive ("Shape \"sphere\"").

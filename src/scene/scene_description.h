@@ -17,7 +17,7 @@ namespace cuticle {
 struct Entity {
     std::string type; // the plug-in's name as written, e.g. "perspective"
     ParamSet params;
-    Transform ctm;    // the current transformation when it was read
+    Transform ctm; // the current transformation when it was read
 };
 
 struct TextureEntity {
@@ -31,6 +31,9 @@ struct MaterialEntity {
     std::string name; // of a named material, else ""
     std::string type; // "matte", "hair", ...; "" is pbrt's null material
     ParamSet params;
+    // For type "mix": namedmaterial1 and namedmaterial2 as indices into SceneDescription::materials, resolved where the
+    // mix was made; -1 for any other type.
+    int mixed[2] = {-1, -1};
 };
 
 struct LightEntity {
@@ -83,7 +86,8 @@ struct ObjectUse {
 
 struct SceneDescription {
     std::string filename;
-    Entity camera, sampler, film, filter, integrator, accelerator; // type and defaults as pbrt-v3's when not given
+    Entity camera, sampler, film, filter, integrator,
+        accelerator; // type and defaults as pbrt-v3's when not given
     std::vector<TextureEntity> floatTextures, spectrumTextures;
     std::vector<MaterialEntity> materials; // [0] is the default, matte
     std::vector<LightEntity> lights;
@@ -97,16 +101,19 @@ struct SceneDescription {
 };
 
 struct ParseOptions {
-    // On: a missing include or a syntax error is added to SceneDescription::... and parsing goes on where it can. The
-    // parser tests use it to see every problem of a file.
+    // Not null: an error is added here instead of thrown, and parsing goes on at the next directive (at most 1000
+    // errors). To see every problem of a file at once.
     std::vector<std::string> *collectErrors = nullptr;
+    // Off: Shape "curve" statements go through the general parameter parser like any other, for tests and for
+    // measurement; the result is the same bit for bit.
+    bool fastCurves = true;
 };
 
 // Reads a pbrt-v3 scene file (.pbrt or .pbrt.gz, decided by content) with everything it includes. Throws Error with
 // file:line:col and the offending line.
 SceneDescription ParseScene(const std::string &filename, const ParseOptions &options = {});
 // The same from text in memory; `name` stands in messages, relative names are taken from `folder`.
-SceneDescription ParseSceneText(const std::string &text, const std::string &name, const std::string &folder = ".",
-                                const ParseOptions &options = {});
+SceneDescription ParseSceneText(const std::string &text, const std::string &name,
+                                const std::string &folder = ".", const ParseOptions &options = {});
 
 } // namespace cuticle
