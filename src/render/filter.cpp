@@ -1,0 +1,147 @@
+#include "render/filter.h"
+
+#include "core/error.h"
+
+namespace cuticle {
+
+namespace {
+
+constexpr std::string_view kNames[] = {"box", "triangle", "gaussian", "mitchell", "sinc"};
+// Steps of the tables: linear interpolation is then off by less than 2e-6 of the peak for every filter.
+constexpr size_t kSteps = 4096;
+
+double Sinc(double x) {
+    x = std::abs(x) * kPi<double>;
+    return x < 1e-5 ? 1 : std::sin(x) / x;
+}
+
+} // namespace
+
+double Filter::Evaluate1D(double x, double radius) const {
+    x = std::abs(x);
+    if (!(x <= radius))
+        return 0;
+    switch (kind_) {
+    case FilterKind::Box:
+        return 1;
+    case FilterKind::Triangle:
+        return radius - x;
+    case FilterKind::Gaussian: {
+        const double alpha = static_cast<double>(parameters_.alpha);
+        return std::max(0., std::exp(-alpha * x * x) - std::exp(-alpha * radius * radius));
+    }
+    case FilterKind::Mitchell: {
+        const double b = static_cast<double>(parameters_.b), c = static_cast<double>(parameters_.c);
+        // Defined on [-2, 2], stretched to the radius.
+        const double t = 2 * x / radius;
+        if (t > 1)
+            return (((-b - 6 * c) * t + (6 * b + 30 * c)) * t * t + (-12 * b - 48 * c) * t +
+                    (8 * b + 24 * c)) /
+                   6;
+        return (((12 - 9 * b - 6 * c) * t + (-18 + 12 * b + 6 * c)) * t * t + (6 - 2 * b)) / 6;
+    }
+    case FilterKind::Sinc:
+        break;
+    }
+    return Sinc(x) * Sinc(x / static_cast<double>(parameters_.tau));
+}
+
+Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), parameters_(parameters) {
+    const std::string name(kNames[static_cast<size_t>(kind)]);
+    for (const float v : {parameters.alpha, parameters.b, parameters.c, parameters.tau})
+        if (!std::isfinite(v))
+            throw Error("filter " + name + ": a parameter is not finite");
+    if (kind == FilterKind::Sinc && !(parameters.tau > 0))
+        throw Error("filter sinc: tau must be above 0");
+    for (int i = 0; i < 2; ++i) {
+        Axis &axis = axis_[i];
+        axis.radius = static_cast<double>(parameters.radius[i]);
+        if (!(axis.radius > 0 && axis.radius < HUGE_VAL))
+            throw Error("filter " + name + ": its width must be above 0");
+        // Tabulate |g| and integrate both by the trapezoid rule, in steps of Simpson's accuracy at the midpoints.
+        std::vector<double> g(kSteps + 1), running(kSteps + 1);
+        const double step = 2 * axis.radius / kSteps;
+        for (size_t k = 0; k <= kSteps; ++k)
+            g[k] =
+                Evaluate1D(-axis.radius + step * static_cast<double>(std::min(k, kSteps - k)), axis.radius);
+        for (size_t k = 0; k < kSteps; ++k) {
+            axis.integral += step * (g[k] + g[k + 1]) / 2;
+            running[k + 1] = running[k] + step * (std::abs(g[k]) + std::abs(g[k + 1])) / 2;
+        }
+        axis.absIntegral = running[kSteps];
+        if (!(axis.integral > 0 && axis.absIntegral < HUGE_VAL))
+            throw Error("filter " + name + ": its integral is not above 0");
+        axis.density.resize(kSteps + 1);
+        axis.cdf.resize(kSteps + 1);
+        for (size_t k = 0; k <= kSteps; ++k) {
+            axis.density[k] = static_cast<float>(std::abs(g[k]) * step / axis.absIntegral);
+            axis.cdf[k] = static_cast<float>(running[k] / axis.absIntegral);
+        }
+    }
+    integral_ = axis_[0].integral * axis_[1].integral;
+    absIntegral_ = axis_[0].absIntegral * axis_[1].absIntegral;
+    bool negative = false;
+    for (size_t k = 0; k <= kSteps; ++k)
+        for (const Axis &axis : axis_)
+            negative |=
+                Evaluate1D(-axis.radius + 2 * axis.radius / kSteps * static_cast<double>(k), axis.radius) < 0;
+    weight_ = negative ? static_cast<float>(absIntegral_ / integral_) : 1;
+}
+
+float Filter::Evaluate(Point2f p) const {
+    return static_cast<float>(Evaluate1D(static_cast<double>(p.x), axis_[0].radius) *
+                              Evaluate1D(static_cast<double>(p.y), axis_[1].radius));
+}
+
+float Filter::Sample1D(const Axis &axis, float u, float *sign) const {
+    const auto radius = static_cast<float>(axis.radius);
+    *sign = 1;
+    // In closed form where there is one.
+    if (kind_ == FilterKind::Box)
+        return (2 * u - 1) * radius;
+    if (kind_ == FilterKind::Triangle)
+        return u < 0.5f ? radius * (std::sqrt(2 * u) - 1) : radius * (1 - std::sqrt(2 * (1 - u)));
+    // Find the step with cdf[k] <= u < cdf[k + 1], then solve for the place within, where the density is a + (b - a) s:
+    // a s + (b - a) s^2 / 2 = rest, in the form that does not cancel.
+    const auto above = std::upper_bound(axis.cdf.begin() + 1, axis.cdf.end() - 1, u);
+    const auto k = static_cast<size_t>(above - axis.cdf.begin()) - 1;
+    const float rest = std::max(0.f, u - axis.cdf[k]), a = axis.density[k], b = axis.density[k + 1];
+    const float root = a + std::sqrt(std::max(0.f, a * a + 2 * (b - a) * rest));
+    const float s = root > 0 ? std::min(2 * rest / root, 1.f) : 0.5f;
+    const float x = radius * (2 * (static_cast<float>(k) + s) / static_cast<float>(kSteps) - 1);
+    if (weight_ != 1)
+        *sign = Evaluate1D(static_cast<double>(x), axis.radius) < 0 ? -1.f : 1.f;
+    return x;
+}
+
+FilterSample Filter::Sample(Point2f u) const {
+    float signX, signY;
+    FilterSample sample;
+    sample.offset.x = Sample1D(axis_[0], u.x, &signX);
+    sample.offset.y = Sample1D(axis_[1], u.y, &signY);
+    sample.weight = weight_ * signX * signY;
+    return sample;
+}
+
+Filter MakeFilter(const Entity &entity) {
+    const ParamSet &params = entity.params;
+    const auto *name = std::find(std::begin(kNames), std::end(kNames), entity.type);
+    if (name == std::end(kNames))
+        throw Error(params.loc, "unknown filter \"" + entity.type + "\"." +
+                                    Suggestion(entity.type, kNames, std::size(kNames)));
+    const auto kind = static_cast<FilterKind>(name - std::begin(kNames));
+    const float width = kind == FilterKind::Box ? 0.5f : kind == FilterKind::Sinc ? 4.f : 2.f;
+    Filter::Parameters p;
+    p.radius = {params.FindFloat("xwidth", width), params.FindFloat("ywidth", width)};
+    if (kind == FilterKind::Gaussian)
+        p.alpha = params.FindFloat("alpha", 2);
+    if (kind == FilterKind::Mitchell) {
+        p.b = params.FindFloat("B", 1.f / 3);
+        p.c = params.FindFloat("C", 1.f / 3);
+    }
+    if (kind == FilterKind::Sinc)
+        p.tau = params.FindFloat("tau", 3);
+    return {kind, p};
+}
+
+} // namespace cuticle

@@ -1,0 +1,131 @@
+#include "render/sampler.h"
+
+#include "core/error.h"
+
+namespace cuticle {
+
+namespace {
+
+uint32_t ReverseBits(uint32_t v) {
+    v = __builtin_bswap32(v);
+    v = ((v & 0x0f0f0f0fu) << 4) | ((v >> 4) & 0x0f0f0f0fu);
+    v = ((v & 0x33333333u) << 2) | ((v >> 2) & 0x33333333u);
+    return ((v & 0x55555555u) << 1) | ((v >> 1) & 0x55555555u);
+}
+
+// A random permutation of the 32-bit integers in which each bit is flipped by a function of the bits below it alone
+// (Laine and Karras 2011, in the shape found by N. Vegdahl 2021). On reversed bits that is Owen's nested
+// uniform scramble: what happens to a digit depends on the digits before it.
+uint32_t ScrambleUpward(uint32_t v, uint32_t seed) {
+    v ^= v * 0x3d20adeau;
+    v += seed;
+    v *= (seed >> 16) | 1;
+    v ^= v * 0x05526c56u;
+    v ^= v * 0x53a22864u;
+    return v;
+}
+
+// The second coordinate of the two-dimensional Sobol' sequence, on reversed bits: its generator matrix is
+// Pascal's triangle modulo 2, the fifth Kronecker power of (1 1; 0 1), so five butterfly steps apply it.
+uint32_t PascalMatrix(uint32_t v) {
+    v ^= (v & 0xaaaaaaaau) >> 1;
+    v ^= (v & 0xccccccccu) >> 2;
+    v ^= (v & 0xf0f0f0f0u) >> 4;
+    v ^= (v & 0xff00ff00u) >> 8;
+    return v ^ (v >> 16);
+}
+
+// The 24 leading bits, so that rounding never reaches 1.
+float ToFloat(uint32_t v) { return static_cast<float>(v >> 8) * 0x1p-24f; }
+
+constexpr uint64_t kGolden = 0x9e3779b97f4a7c15ull;
+
+} // namespace
+
+void PixelSampler::Start(int px, int py, int sampleIndex) {
+    const uint64_t place =
+        (static_cast<uint64_t>(static_cast<uint32_t>(py)) << 32) | static_cast<uint32_t>(px);
+    pixel_ = MixBits(MixBits(place + kGolden) ^ seed_);
+    index_ = static_cast<uint32_t>(sampleIndex);
+    reversedIndex_ = ReverseBits(index_);
+    dimension_ = 0;
+    if (kind_ == SamplerKind::Independent)
+        pixel_ = MixBits(pixel_ + index_ * kGolden);
+}
+
+float PixelSampler::Get1D() {
+    const uint64_t h = MixBits(pixel_ + ++dimension_ * kGolden);
+    const auto low = static_cast<uint32_t>(h), high = static_cast<uint32_t>(h >> 32);
+    if (kind_ == SamplerKind::Independent)
+        return ToFloat(high);
+    // Shuffle the index, take the van der Corput sequence there, scramble that.
+    const uint32_t shuffled = ReverseBits(ScrambleUpward(reversedIndex_, low));
+    return ToFloat(ReverseBits(ScrambleUpward(shuffled, high)));
+}
+
+Point2f PixelSampler::Get2D() {
+    const uint64_t h = MixBits(pixel_ + ++dimension_ * kGolden);
+    const auto low = static_cast<uint32_t>(h), high = static_cast<uint32_t>(h >> 32);
+    if (kind_ == SamplerKind::Independent)
+        return {ToFloat(high), ToFloat(low)};
+    const uint32_t shuffled = ReverseBits(ScrambleUpward(reversedIndex_, low));
+    const auto third = static_cast<uint32_t>((h * kGolden) >> 32);
+    const uint32_t x = ReverseBits(ScrambleUpward(shuffled, high));
+    const uint32_t y = ReverseBits(ScrambleUpward(PascalMatrix(shuffled), third));
+    return {ToFloat(x), ToFloat(y)};
+}
+
+std::array<float, 4> PixelSampler::Get4D() {
+    const Point2f a = Get2D(), b = Get2D();
+    return {a.x, a.y, b.x, b.y};
+}
+
+SamplerSetup MakeSampler(const Entity &entity) {
+    // pbrt-v3's names, what each means here, and its default number of samples.
+    struct Name {
+        std::string_view name;
+        SamplerKind kind;
+        int spp;
+    };
+    constexpr Name kNames[] = {{"halton", SamplerKind::LowDiscrepancy, 16},
+                               {"sobol", SamplerKind::LowDiscrepancy, 16},
+                               {"02sequence", SamplerKind::LowDiscrepancy, 16},
+                               {"lowdiscrepancy", SamplerKind::LowDiscrepancy, 16},
+                               {"zerotwosequence", SamplerKind::LowDiscrepancy, 16},
+                               {"maxmindist", SamplerKind::LowDiscrepancy, 16},
+                               {"stratified", SamplerKind::LowDiscrepancy, 16},
+                               {"random", SamplerKind::Independent, 4}};
+    const ParamSet &params = entity.params;
+    const Name *found = nullptr;
+    for (const Name &n : kNames)
+        if (n.name == entity.type)
+            found = &n;
+    if (!found) {
+        std::array<std::string_view, std::size(kNames)> names;
+        for (size_t i = 0; i < names.size(); ++i)
+            names[i] = kNames[i].name;
+        throw Error(params.loc, "unknown sampler \"" + entity.type + "\"." +
+                                    Suggestion(entity.type, names.data(), names.size()));
+    }
+    SamplerSetup setup{found->kind, found->spp};
+    // What shapes the point set of one of pbrt's samplers has no counterpart here; read, so that it does not count as
+    // unused.
+    if (entity.type == "stratified") {
+        const int nx = params.FindInt("xsamples", 4), ny = params.FindInt("ysamples", 4);
+        params.FindBool("jitter", true);
+        if (nx < 1 || ny < 1 || static_cast<int64_t>(nx) * ny > std::numeric_limits<int>::max())
+            throw Error(params.loc,
+                        "sampler: xsamples and ysamples must be 1 or more (and their product an int)");
+        setup.spp = nx * ny;
+    } else {
+        setup.spp = params.FindInt("pixelsamples", found->spp);
+        if (entity.type == "halton")
+            params.FindBool("samplepixelcenter", false);
+    }
+    params.FindInt("dimensions", 4);
+    if (setup.spp < 1)
+        throw Error(params.loc, "sampler: pixelsamples must be 1 or more, not " + std::to_string(setup.spp));
+    return setup;
+}
+
+} // namespace cuticle

@@ -1,0 +1,416 @@
+#include "shapes/ply.h"
+
+#include "core/error.h"
+
+#include <bit>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <optional>
+#include <zlib.h>
+
+namespace cuticle {
+
+namespace {
+
+// Bytes one after another, from a file (gzip or not) or from memory, through one buffer.
+class Source {
+  public:
+    Source(std::string_view bytes, std::string name)
+        : name_(std::move(name)), at_(bytes.data()), end_(at_ + bytes.size()) {}
+    explicit Source(const std::string &filename) : name_(filename), buffer_(1 << 18) {
+        errno = 0;
+        file_ = gzopen(filename.c_str(), "rb");
+        if (!file_)
+            throw Error(filename + ": cannot open (" + (errno ? std::strerror(errno) : "out of memory") +
+                        ")");
+    }
+    ~Source() {
+        if (file_)
+            gzclose(file_);
+    }
+    Source(const Source &) = delete;
+    Source &operator=(const Source &) = delete;
+
+    // The next byte, or -1 at the end.
+    int Peek() { return at_ != end_ || Refill() ? static_cast<unsigned char>(*at_) : -1; }
+    int Get() {
+        const int c = Peek();
+        if (c >= 0)
+            ++at_;
+        return c;
+    }
+    // False if fewer than n bytes are left.
+    bool Read(void *to, size_t n) {
+        auto *out = static_cast<char *>(to);
+        while (n > 0) {
+            if (at_ == end_ && !Refill())
+                return false;
+            const size_t part = std::min(n, static_cast<size_t>(end_ - at_));
+            std::memcpy(out, at_, part);
+            at_ += part, out += part, n -= part;
+        }
+        return true;
+    }
+    [[noreturn]] void Fail(const std::string &what) const { throw Error(name_ + ": " + what); }
+    const std::string &Name() const { return name_; }
+
+  private:
+    bool Refill() {
+        if (!file_)
+            return false;
+        const int n = gzread(file_, buffer_.data(), static_cast<unsigned>(buffer_.size()));
+        if (n < 0) {
+            int code = 0;
+            const char *message = gzerror(file_, &code);
+            Fail("cannot read: " + std::string(code == Z_ERRNO ? std::strerror(errno) : message));
+        }
+        at_ = buffer_.data();
+        end_ = at_ + n;
+        return n > 0;
+    }
+
+    std::string name_;
+    gzFile file_ = nullptr;
+    std::vector<char> buffer_;
+    const char *at_ = nullptr, *end_ = nullptr;
+};
+
+enum class Type { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
+enum class Format { Ascii, LittleEndian, BigEndian };
+
+struct TypeName {
+    std::string_view name;
+    Type type;
+};
+constexpr TypeName kTypes[] = {
+    {"char", Type::Int8},      {"int8", Type::Int8},       {"uchar", Type::UInt8},
+    {"uint8", Type::UInt8},    {"short", Type::Int16},     {"int16", Type::Int16},
+    {"ushort", Type::UInt16},  {"uint16", Type::UInt16},   {"int", Type::Int32},
+    {"int32", Type::Int32},    {"uint", Type::UInt32},     {"uint32", Type::UInt32},
+    {"float", Type::Float32},  {"float32", Type::Float32}, {"double", Type::Float64},
+    {"float64", Type::Float64}};
+
+struct Property {
+    std::string name;
+    Type type = Type::Float32;
+    std::optional<Type> countType; // of a list
+    int target = -1;               // vertex: 0..2 position, 3..5 normal, 6..7 uv; face: 0 the corner list
+};
+struct Element {
+    std::string name;
+    uint64_t count = 0;
+    std::vector<Property> properties;
+};
+struct Header {
+    Format format = Format::Ascii;
+    std::vector<Element> elements;
+};
+
+std::string ReadLine(Source &source) {
+    std::string line;
+    for (int c; (c = source.Get()) != '\n';) {
+        if (c < 0)
+            source.Fail("ends inside the PLY header");
+        if (line.size() == 4096)
+            source.Fail("a line of more than 4096 characters in the PLY header");
+        line += static_cast<char>(c);
+    }
+    if (!line.empty() && line.back() == '\r')
+        line.pop_back();
+    return line;
+}
+
+std::vector<std::string_view> Words(std::string_view line) {
+    std::vector<std::string_view> words;
+    for (size_t i = 0; i < line.size();) {
+        const size_t begin = line.find_first_not_of(" \t", i);
+        if (begin == std::string_view::npos)
+            break;
+        const size_t end = std::min(line.find_first_of(" \t", begin), line.size());
+        words.push_back(line.substr(begin, end - begin));
+        i = end;
+    }
+    return words;
+}
+
+Type ParseType(const Source &source, std::string_view word) {
+    for (const TypeName &t : kTypes)
+        if (t.name == word)
+            return t.type;
+    source.Fail("\"" + std::string(word) + "\" is no PLY type");
+}
+
+Header ReadHeader(Source &source) {
+    if (ReadLine(source) != "ply")
+        source.Fail("is not a PLY file (its first line is not \"ply\")");
+    Header header;
+    bool formatSeen = false;
+    while (true) {
+        const std::string line = ReadLine(source);
+        const std::vector<std::string_view> words = Words(line);
+        if (words.empty() || words[0] == "comment" || words[0] == "obj_info")
+            continue;
+        if (words[0] == "end_header") {
+            if (!formatSeen)
+                source.Fail("its PLY header has no format line");
+            return header;
+        }
+        if (words[0] == "format" && words.size() == 3) {
+            formatSeen = true;
+            if (words[1] == "ascii")
+                header.format = Format::Ascii;
+            else if (words[1] == "binary_little_endian")
+                header.format = Format::LittleEndian;
+            else if (words[1] == "binary_big_endian")
+                header.format = Format::BigEndian;
+            else
+                source.Fail("unknown PLY format \"" + std::string(words[1]) + "\"");
+        } else if (words[0] == "element" && words.size() == 3) {
+            Element element{std::string(words[1]), 0, {}};
+            const char *end = words[2].data() + words[2].size();
+            if (const auto r = std::from_chars(words[2].data(), end, element.count);
+                r.ec != std::errc() || r.ptr != end)
+                source.Fail("\"" + std::string(words[2]) + "\" is no count of elements");
+            if (header.elements.size() == 1000)
+                source.Fail("more than 1000 kinds of elements");
+            header.elements.push_back(std::move(element));
+        } else if (words[0] == "property" &&
+                   (words.size() == 3 || (words.size() == 5 && words[1] == "list"))) {
+            if (header.elements.empty())
+                source.Fail("a PLY property before the first element");
+            Property property;
+            property.name = words.back();
+            property.type = ParseType(source, words[words.size() - 2]);
+            if (words.size() == 5) {
+                property.countType = ParseType(source, words[2]);
+                if (*property.countType >= Type::Float32)
+                    source.Fail("property " + property.name + ": the length of a list cannot be a float");
+            }
+            std::vector<Property> &properties = header.elements.back().properties;
+            if (properties.size() == 1000)
+                source.Fail("element " + header.elements.back().name + " has more than 1000 properties");
+            properties.push_back(std::move(property));
+        } else {
+            source.Fail("the PLY header line \"" + line.substr(0, 80) + "\" makes no sense");
+        }
+    }
+}
+
+// Values one after another, in any of the three formats.
+class ValueReader {
+  public:
+    ValueReader(Source &source, Format format) : source_(source), format_(format) {}
+
+    double Read(Type type) {
+        if (format_ == Format::Ascii)
+            return ReadText();
+        switch (type) {
+        case Type::Int8:
+            return ReadBinary<int8_t, uint8_t>();
+        case Type::UInt8:
+            return ReadBinary<uint8_t, uint8_t>();
+        case Type::Int16:
+            return ReadBinary<int16_t, uint16_t>();
+        case Type::UInt16:
+            return ReadBinary<uint16_t, uint16_t>();
+        case Type::Int32:
+            return ReadBinary<int32_t, uint32_t>();
+        case Type::UInt32:
+            return ReadBinary<uint32_t, uint32_t>();
+        case Type::Float32:
+            return static_cast<double>(ReadBinary<float, uint32_t>());
+        case Type::Float64:
+            break;
+        }
+        return ReadBinary<double, uint64_t>();
+    }
+    // The length of a list.
+    uint64_t ReadCount(const Property &property) {
+        const double v = Read(*property.countType);
+        if (!(v >= 0 && v <= 4294967295.0 && v == std::floor(v)))
+            source_.Fail("property " + property.name + ": a list of length " + std::to_string(v));
+        return static_cast<uint64_t>(v);
+    }
+    void SetPlace(const Element *element, uint64_t index) { element_ = element, index_ = index; }
+
+  private:
+    [[noreturn]] void FailTruncated() const {
+        source_.Fail("ends at " + element_->name + " " + std::to_string(index_) + " of " +
+                     std::to_string(element_->count));
+    }
+    template <typename T, typename Bits>
+    T ReadBinary() {
+        unsigned char bytes[sizeof(Bits)];
+        if (!source_.Read(bytes, sizeof bytes))
+            FailTruncated();
+        Bits bits = 0;
+        for (size_t i = 0; i < sizeof bytes; ++i) {
+            const size_t place = format_ == Format::LittleEndian ? i : sizeof bytes - 1 - i;
+            bits = static_cast<Bits>(bits | static_cast<Bits>(static_cast<Bits>(bytes[i]) << (8 * place)));
+        }
+        return std::bit_cast<T>(bits);
+    }
+    double ReadText() {
+        int c;
+        while ((c = source_.Get()) == ' ' || (c >= '\t' && c <= '\r')) {
+        }
+        if (c < 0)
+            FailTruncated();
+        char word[64];
+        size_t n = 0;
+        for (; c > ' '; c = source_.Get()) {
+            if (n == sizeof word)
+                source_.Fail("a number of more than 64 characters at " + element_->name + " " +
+                             std::to_string(index_));
+            word[n++] = static_cast<char>(c);
+        }
+        double v = 0;
+        const char *begin = word + (n > 0 && word[0] == '+');
+        const auto r = std::from_chars(begin, word + n, v);
+        if (r.ec == std::errc::result_out_of_range)
+            return word[0] == '-' ? -HUGE_VAL : HUGE_VAL; // or far too small; no mesh means either
+        if (r.ec != std::errc() || r.ptr != word + n)
+            source_.Fail("\"" + std::string(word, n) + "\" where a number belongs, at " + element_->name +
+                         " " + std::to_string(index_));
+        return v;
+    }
+
+    Source &source_;
+    Format format_;
+    const Element *element_ = nullptr;
+    uint64_t index_ = 0;
+};
+
+// Reservations follow a header's word only so far.
+size_t CautiousReserve(uint64_t count) { return static_cast<size_t>(std::min<uint64_t>(count, 1 << 20)); }
+
+void ReadVertices(ValueReader &values, Element &element, const Source &source, TriangleMesh *mesh) {
+    constexpr std::string_view kTargets[][5] = {{"x"},
+                                                {"y"},
+                                                {"z"},
+                                                {"nx"},
+                                                {"ny"},
+                                                {"nz"},
+                                                {"u", "s", "texture_u", "texture_s"},
+                                                {"v", "t", "texture_v", "texture_t"}};
+    bool has[8] = {};
+    for (Property &property : element.properties)
+        for (size_t k = 0; k < 8; ++k)
+            for (const std::string_view name : kTargets[k])
+                if (!has[k] && !property.countType && property.name == name)
+                    property.target = static_cast<int>(k), has[k] = true;
+    if (!(has[0] && has[1] && has[2]))
+        source.Fail("its vertices lack x, y or z");
+    if (element.count > 0xfffffffeull)
+        source.Fail(std::to_string(element.count) + " vertices: more than 4294967294");
+    const bool hasN = has[3] && has[4] && has[5], hasUV = has[6] && has[7];
+    mesh->p.reserve(CautiousReserve(element.count));
+    for (uint64_t i = 0; i < element.count; ++i) {
+        values.SetPlace(&element, i);
+        float v[8] = {};
+        for (const Property &property : element.properties) {
+            const uint64_t length = property.countType ? values.ReadCount(property) : 1;
+            for (uint64_t k = 0; k < length; ++k) {
+                const double value = values.Read(property.type);
+                if (property.target >= 0)
+                    v[property.target] = static_cast<float>(value);
+            }
+        }
+        mesh->p.push_back({v[0], v[1], v[2]});
+        if (hasN)
+            mesh->n.push_back({v[3], v[4], v[5]});
+        if (hasUV)
+            mesh->uv.push_back({v[6], v[7]});
+    }
+}
+
+void ReadFaces(ValueReader &values, Element &element, const Source &source, TriangleMesh *mesh) {
+    bool hasCorners = false;
+    for (Property &property : element.properties)
+        if (!hasCorners && property.countType &&
+            (property.name == "vertex_indices" || property.name == "vertex_index"))
+            property.target = 0, hasCorners = true;
+    if (!hasCorners)
+        source.Fail("its faces lack a list vertex_indices");
+    mesh->indices.reserve(mesh->indices.size() + 3 * CautiousReserve(element.count));
+    uint64_t dropped = 0;
+    for (uint64_t i = 0; i < element.count; ++i) {
+        values.SetPlace(&element, i);
+        for (const Property &property : element.properties) {
+            const uint64_t length = property.countType ? values.ReadCount(property) : 1;
+            uint32_t first = 0, previous = 0;
+            for (uint64_t k = 0; k < length; ++k) {
+                const double value = values.Read(property.type);
+                if (property.target < 0)
+                    continue;
+                if (!(value >= 0 && value <= 4294967294.0 && value == std::floor(value)))
+                    source.Fail("face " + std::to_string(i) + " has the vertex index " +
+                                std::to_string(value));
+                const auto index = static_cast<uint32_t>(value);
+                if (k == 0)
+                    first = index;
+                else if (k == 1)
+                    ;
+                else if (k == 2)
+                    mesh->indices.insert(mesh->indices.end(), {first, previous, index});
+                else // pbrt-v3's order for the second half of a quad: the new corner first
+                    mesh->indices.insert(mesh->indices.end(), {index, first, previous});
+                previous = index;
+            }
+            dropped += property.target >= 0 && length < 3;
+        }
+    }
+    if (dropped > 0)
+        Warning("PLY faces dropped", source.Name() + ": " + std::to_string(dropped) + " of " +
+                                         std::to_string(element.count) +
+                                         " faces have fewer than three corners");
+}
+
+TriangleMesh ReadFrom(Source &source) {
+    Header header = ReadHeader(source);
+    ValueReader values(source, header.format);
+    TriangleMesh mesh;
+    bool vertices = false, faces = false;
+    for (Element &element : header.elements) {
+        if (element.name == "vertex" && !vertices) {
+            ReadVertices(values, element, source, &mesh);
+            vertices = true;
+        } else if (element.name == "face" && !faces) {
+            ReadFaces(values, element, source, &mesh);
+            faces = true;
+        } else if (!(vertices && faces)) {
+            if (element.properties.empty())
+                continue;
+            for (uint64_t i = 0; i < element.count; ++i) {
+                values.SetPlace(&element, i);
+                for (const Property &property : element.properties)
+                    for (uint64_t n = property.countType ? values.ReadCount(property) : 1; n > 0; --n)
+                        values.Read(property.type);
+            }
+        }
+    }
+    if (!vertices || mesh.p.empty())
+        source.Fail("holds no vertices");
+    if (!faces || mesh.indices.empty())
+        source.Fail("holds no faces");
+    for (const uint32_t index : mesh.indices)
+        if (index >= mesh.p.size())
+            source.Fail("a face has the vertex index " + std::to_string(index) + ", but there are " +
+                        std::to_string(mesh.p.size()) + " vertices");
+    return mesh;
+}
+
+} // namespace
+
+TriangleMesh ReadPly(const std::string &filename) {
+    Source source(filename);
+    return ReadFrom(source);
+}
+
+TriangleMesh ReadPlyBytes(std::string_view bytes, const std::string &name) {
+    Source source(bytes, name);
+    return ReadFrom(source);
+}
+
+} // namespace cuticle
