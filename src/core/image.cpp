@@ -87,7 +87,7 @@ std::string ReadBytes(const std::string &filename) {
 
 // Refuses sizes that have no meaning, and sizes that so short a file cannot hold: a header of a few damaged bytes
 // must not ask for gigabytes. No format here packs more than 2^14 values into a byte except for pictures of one
-// colour, and those only from 2^26 values on are refused.
+// colour, and those only from 2^22 values on are refused.
 void CheckSize(const std::string &filename, int64_t width, int64_t height, int64_t channels,
                size_t fileBytes) {
     const std::string size = std::to_string(width) + " x " + std::to_string(height);
@@ -96,7 +96,7 @@ void CheckSize(const std::string &filename, int64_t width, int64_t height, int64
     if (width > maxPixels || height > maxPixels || width * height > maxPixels)
         Fail(filename, "the header gives " + size + " pixels, more than 2^30");
     const int64_t values = width * height * std::max<int64_t>(channels, 1);
-    if (values > (int64_t{1} << 26) && static_cast<uint64_t>(values) >> 14 > fileBytes)
+    if (values > (int64_t{1} << 22) && static_cast<uint64_t>(values) >> 14 > fileBytes)
         Fail(filename, "the header gives " + size + " pixels, which a file of " + std::to_string(fileBytes) +
                            " bytes cannot hold (truncated or damaged)");
 }
@@ -197,7 +197,37 @@ void ReadAttributes(const Imf::Header &header, Image *image) {
     }
 }
 
+// OpenEXR allocates its tables from the header's word alone, so the data window is judged before it sees the file. A
+// header is a list of name, type, size, value; what this does not understand is left for OpenEXR to complain about.
+void CheckEXRDataWindow(const std::string &filename, const std::string &bytes) {
+    size_t at = 8; // after magic number and version
+    const auto text = [&] {
+        const size_t end = std::min(bytes.find('\0', std::min(at, bytes.size())), bytes.size());
+        const std::string s = bytes.substr(std::min(at, end), end - std::min(at, end));
+        at = end + 1;
+        return s;
+    };
+    while (at < bytes.size() && bytes[at] != 0) {
+        const std::string name = text();
+        text(); // the type
+        int32_t size = 0, window[4];
+        if (at + sizeof(size) > bytes.size())
+            return;
+        std::memcpy(&size, bytes.data() + at, sizeof(size));
+        at += sizeof(size);
+        if (size < 0 || static_cast<size_t>(size) > bytes.size() - at)
+            return;
+        if (name == "dataWindow" && size == sizeof(window)) {
+            std::memcpy(window, bytes.data() + at, sizeof(window));
+            CheckSize(filename, int64_t{window[2]} - window[0] + 1, int64_t{window[3]} - window[1] + 1, 1,
+                      bytes.size());
+        }
+        at += static_cast<size_t>(size);
+    }
+}
+
 Image ReadEXR(const std::string &filename, const std::string &bytes) {
+    CheckEXRDataWindow(filename, bytes);
     try {
         MemoryIn stream(filename, bytes);
         Imf::InputFile file(stream);

@@ -32,10 +32,14 @@ struct Image {
     int ChannelIndex(const std::string &name) const;            // -1 when absent
     size_t Channels() const { return channels.size(); }
     float &At(int x, int y, size_t c) {
-        return data[(static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) * channels.size() + c];
+        return data[(static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) *
+                        channels.size() +
+                    c];
     }
     float At(int x, int y, size_t c) const {
-        return data[(static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) * channels.size() + c];
+        return data[(static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) *
+                        channels.size() +
+                    c];
     }
     // R, G, B (or Y three times, or the first channel) of one pixel.
     Spectrum RGB(int x, int y) const;
