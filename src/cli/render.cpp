@@ -85,7 +85,8 @@ void RunRender(const RenderArguments &a) {
     start = std::chrono::steady_clock::now();
     SceneOptions sceneOptions;
     sceneOptions.materials.compatPbrtV3 = a.compat == "pbrt-v3";
-    sceneOptions.materials.scalarHair = a.hair == "scalar";
+    if (a.hair == "scalar")
+        SetHairKernels("scalar");
     sceneOptions.binaryCurves = a.curves == "binary";
     const Scene scene(&description, sceneOptions);
     const double buildSeconds = SecondsSince(start);
@@ -137,12 +138,13 @@ void RunRender(const RenderArguments &a) {
     }
     const bool stopped = stats.sppReached < stats.spp;
     if (stopped)
-        std::cerr << "stopped after " << stats.sppReached << " of " << stats.spp << " samples per pixel; wrote " << output
-                  << "\n";
+        std::cerr << "stopped after " << stats.sppReached << " of " << stats.spp
+                  << " samples per pixel; wrote " << output << "\n";
     else if (!a.quiet)
-        std::printf("%s: %d x %d, %d samples per pixel, %zu curves; read %.1f s, built %.1f s, rendered %.1f s\n",
-                    output.c_str(), image.width, image.height, stats.sppReached, scene.Curves(), parseSeconds,
-                    buildSeconds, stats.renderSeconds);
+        std::printf(
+            "%s: %d x %d, %d samples per pixel, %zu curves; read %.1f s, built %.1f s, rendered %.1f s\n",
+            output.c_str(), image.width, image.height, stats.sppReached, scene.Curves(), parseSeconds,
+            buildSeconds, stats.renderSeconds);
     if (stopped)
         throw ExitStatus{130};
 }
@@ -159,15 +161,19 @@ void AddRenderCommand(CLI::App &app) {
     c->add_option("--spp", a->spp, "samples per pixel (default: the scene's Sampler)")
         ->check(CLI::Range(1, 1 << 24))
         ->type_name("N");
-    c->add_option("--threads,--nthreads", a->threads, "threads; the picture does not depend on them (default: all cores)")
+    c->add_option("--threads,--nthreads", a->threads,
+                  "threads; the picture does not depend on them (default: all cores)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
     c->add_option("--crop,--cropwindow", a->crop, "render only this window, in fractions of the picture")
         ->expected(4)
         ->type_name("x0 x1 y0 y1");
-    c->add_option("--seed", a->seed, "seed of the random numbers; another seed, another noise (default: 0)")->type_name("N");
-    c->add_option("--integrator", a->integrator, "path or directlighting (default: the scene's)")->type_name("NAME");
-    c->add_flag("--variance", a->variance, "add the variance of every pixel's mean as channels variance.R .G .B (.exr)");
+    c->add_option("--seed", a->seed, "seed of the random numbers; another seed, another noise (default: 0)")
+        ->type_name("N");
+    c->add_option("--integrator", a->integrator, "path or directlighting (default: the scene's)")
+        ->type_name("NAME");
+    c->add_flag("--variance", a->variance,
+                "add the variance of every pixel's mean as channels variance.R .G .B (.exr)");
     c->add_option("--stats", a->stats, "write times, counts and memory as JSON")->type_name("FILE.json");
     c->add_flag("--quick", a->quick, "a quarter of the resolution each way and of the samples");
     c->add_flag("--quiet", a->quiet, "no progress and no closing line; warnings and errors stay");
@@ -176,15 +182,18 @@ void AddRenderCommand(CLI::App &app) {
         ->check(CLI::IsMember({"pbrt-v3"}))
         ->type_name("RENDERER");
     c->add_option("--curves", a->curves,
-                  "wide: our curve set; binary: pbrt-v3's way, a binary tree and recursion, for comparison (default: wide)")
+                  "wide: our curve set; binary: pbrt-v3's way, a binary tree and recursion, for comparison "
+                  "(default: wide)")
         ->check(CLI::IsMember({"wide", "binary"}))
         ->type_name("NAME");
-    c->add_option("--hair", a->hair,
-                  "lanes: our hair model; scalar: the same, one lobe at a time, for comparison (default: lanes)")
+    c->add_option(
+         "--hair", a->hair,
+         "lanes: our hair model; scalar: the same, one lobe at a time, for comparison (default: lanes)")
         ->check(CLI::IsMember({"lanes", "scalar"}))
         ->type_name("NAME");
     c->footer("Ctrl-C writes what there is and says how many samples it holds (exit status 130).\n"
-              "CUTICLE_ISA=sse2|avx2|avx512 chooses the curve kernels' instruction set; default: the best there is.\n"
+              "CUTICLE_ISA=sse2|avx2|avx512 chooses the curve kernels' instruction set; default: the best "
+              "there is.\n"
               "Example: cuticle render scenes/quickstart.pbrt --spp 64 -o head.exr --stats head.json");
     c->callback([a] { RunRender(*a); });
 }

@@ -4,9 +4,7 @@ namespace cuticle {
 
 namespace {
 
-Transform::Matrix Identity() {
-    return {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
-}
+Transform::Matrix Identity() { return {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}; }
 
 Transform::Matrix Multiply(const Transform::Matrix &a, const Transform::Matrix &b) {
     Transform::Matrix r{};
@@ -142,7 +140,8 @@ Bounds3f Transform::operator()(const Bounds3f &b) const {
     if (b.IsEmpty())
         return r;
     for (int i = 0; i < 8; ++i)
-        r.Extend(Point({i & 1 ? b.pMax.x : b.pMin.x, i & 2 ? b.pMax.y : b.pMin.y, i & 4 ? b.pMax.z : b.pMin.z}));
+        r.Extend(
+            Point({i & 1 ? b.pMax.x : b.pMin.x, i & 2 ? b.pMax.y : b.pMin.y, i & 4 ? b.pMax.z : b.pMin.z}));
     return r;
 }
 

@@ -16,15 +16,17 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
     // 2^28 pixels of this film take 15 GB; what is more is a slip of the pen
     if (resolution_.x <= 0 || resolution_.y <= 0 ||
         static_cast<int64_t>(resolution_.x) * resolution_.y > (int64_t{1} << 28))
-        throw Error(p.loc, "a film of " + std::to_string(resolution_.x) + " x " + std::to_string(resolution_.y) +
-                               " pixels cannot be made; xresolution and yresolution must be positive, at most "
-                               "2^28 pixels together");
+        throw Error(p.loc,
+                    "a film of " + std::to_string(resolution_.x) + " x " + std::to_string(resolution_.y) +
+                        " pixels cannot be made; xresolution and yresolution must be positive, at most "
+                        "2^28 pixels together");
     std::array<float, 4> crop{0, 1, 0, 1};
     const std::vector<float> given = p.FindFloats("cropwindow");
     if (given.size() == 4)
         std::copy(given.begin(), given.end(), crop.begin());
     else if (!given.empty())
-        throw Error(p.loc, "\"cropwindow\" takes 4 numbers (x0 x1 y0 y1), not " + std::to_string(given.size()));
+        throw Error(p.loc,
+                    "\"cropwindow\" takes 4 numbers (x0 x1 y0 y1), not " + std::to_string(given.size()));
     if (options.crop)
         crop = *options.crop;
     for (size_t i = 0; i < 4; i += 2) {
@@ -56,8 +58,8 @@ bool Film::Add(int x, int y, const Spectrum &radiance) {
     Spectrum l = radiance;
     if (const float luminance = l.y(); luminance > maxLuminance_)
         l *= maxLuminance_ / luminance;
-    Pixel &pixel =
-        pixels_[static_cast<size_t>(y - min_.y) * static_cast<size_t>(max_.x - min_.x) + static_cast<size_t>(x - min_.x)];
+    Pixel &pixel = pixels_[static_cast<size_t>(y - min_.y) * static_cast<size_t>(max_.x - min_.x) +
+                           static_cast<size_t>(x - min_.x)];
     for (size_t c = 0; c < 3; ++c) {
         const double v = l.c[c];
         pixel.sum[c] += v;
@@ -88,8 +90,8 @@ Image Film::Develop(bool variance) const {
             continue;
         for (size_t c = 0; c < 3; ++c) {
             // One sample tells nothing of the spread: infinite variance, so that no test trusts it
-            const double v =
-                n > 1 ? std::max(0.0, pixel.sumSquares[c] / n - mean[c] * mean[c]) / (n - 1) : std::numeric_limits<double>::infinity();
+            const double v = n > 1 ? std::max(0.0, pixel.sumSquares[c] / n - mean[c] * mean[c]) / (n - 1)
+                                   : std::numeric_limits<double>::infinity();
             image.data[out++] = static_cast<float>(scale_ * scale_ * v);
         }
     }

@@ -11,7 +11,7 @@ namespace cuticle {
 // Overrides from the command line.
 struct FilmOptions {
     std::optional<std::array<float, 4>> crop; // x0 x1 y0 y1, fractions of the picture
-    bool quick = false;                       // a quarter of the resolution in each direction, as pbrt's --quick
+    bool quick = false; // a quarter of the resolution in each direction, as pbrt's --quick
 };
 
 // pbrt-v3's Film "image". Pixels are independent of one another: the reconstruction filter is sampled

@@ -23,7 +23,8 @@ static PathIntegrator::Settings PathSettings(const ParamSet &params, bool direct
 //<
 
 //> List the integrators that pbrt-v3 knows
-static constexpr std::string_view kIntegrators[] = {"path", "directlighting", "volpath", "bdpt", "mlt", "sppm", "whitted"};
+static constexpr std::string_view kIntegrators[] = {"path", "directlighting", "volpath", "bdpt",
+                                                    "mlt",  "sppm",           "whitted"};
 //<
 
 std::unique_ptr<Integrator> MakeIntegrator(const Entity &entity, const std::string &type) {

@@ -18,7 +18,8 @@ struct RayCounts {
 class Integrator {
   public:
     virtual ~Integrator() = default;
-    virtual Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler, RayCounts &counts) const = 0;
+    virtual Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
+                        RayCounts &counts) const = 0;
 };
 
 // By the table of names in integrator.cpp; `type` overrides the entity's own. Those of pbrt-v3 that are not

@@ -3,7 +3,8 @@
 
 namespace cuticle {
 
-Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler, RayCounts &counts) const {
+Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
+                            RayCounts &counts) const {
     //> Start a path at the camera
     Spectrum L, beta(1); // radiance found, and the path's throughput
     SceneRay ray{cameraRay, {}, false};
@@ -25,7 +26,9 @@ Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampl
         //> Add light that the ray ran into, weighted against light sampling
         // The balance of two strategies for one and the same light: this ray, with density `bsdfPdf`, and the
         // light sampling at the surface before, with the density that it would have had for this direction.
-        const auto weight = [&](float lightPdf) { return specularBounce ? 1 : PowerHeuristic(bsdfPdf, lightPdf); };
+        const auto weight = [&](float lightPdf) {
+            return specularBounce ? 1 : PowerHeuristic(bsdfPdf, lightPdf);
+        };
         if (!found) {
             for (int i : scene.InfiniteLights()) {
                 const Light &light = scene.LightAt(i);
@@ -35,7 +38,8 @@ Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampl
         } else if (si.light >= 0) {
             const Spectrum Le = scene.AreaLightAt(si.light).L(si.n, -ray.ray.d);
             if (!Le.IsBlack())
-                L += beta * Le * weight(scene.Lights().Probability(si.light) * scene.AreaLightPdf(previousPoint, si));
+                L += beta * Le *
+                     weight(scene.Lights().Probability(si.light) * scene.AreaLightPdf(previousPoint, si));
         }
         //<
         //> End the path in the void or at its greatest depth
@@ -97,7 +101,8 @@ Spectrum PathIntegrator::SampleLight(const SurfaceInteraction &si, const BSDF &b
     const Point2f u = sampler.Get2D();
     const int index = scene.Lights().Sample(uLight, &choice);
     LightSample light;
-    if (index < 0 || !scene.LightAt(index).Sample_Li(si.p, u, &light) || !(light.pdf > 0) || light.L.IsBlack())
+    if (index < 0 || !scene.LightAt(index).Sample_Li(si.p, u, &light) || !(light.pdf > 0) ||
+        light.L.IsBlack())
         return {};
     //> Weigh the light's sample against BSDF sampling
     float bsdfPdf = 0;

@@ -11,16 +11,17 @@ namespace cuticle {
 class PathIntegrator : public Integrator {
   public:
     struct Settings {
-        int maxDepth = 5;          // scattering events after the camera ray; 0: only lights seen directly
-        float rrThreshold = 1;     // paths whose throughput falls below it may end by roulette
-        bool directOnly = false;   // "directlighting": follow only mirrors and glass past the first surface
+        int maxDepth = 5;        // scattering events after the camera ray; 0: only lights seen directly
+        float rrThreshold = 1;   // paths whose throughput falls below it may end by roulette
+        bool directOnly = false; // "directlighting": follow only mirrors and glass past the first surface
     };
     explicit PathIntegrator(const Settings &settings) : settings_(settings) {}
-    Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler, RayCounts &counts) const override;
+    Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
+                RayCounts &counts) const override;
 
   private:
-    Spectrum SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene, PixelSampler &sampler,
-                         RayCounts &counts) const;
+    Spectrum SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
+                         PixelSampler &sampler, RayCounts &counts) const;
     Settings settings_;
 };
 

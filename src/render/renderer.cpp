@@ -58,7 +58,8 @@ class Progress {
         constexpr int kWidth = 30;
         const int filled = static_cast<int>(fraction * kWidth);
         std::fprintf(stderr, "\rRendering [%.*s%*s] %5.1f%%  %s elapsed, %s left \033[K", filled,
-                     "##############################", kWidth - filled, "", 100 * fraction, Clock(elapsed).c_str(),
+                     "##############################", kWidth - filled, "", 100 * fraction,
+                     Clock(elapsed).c_str(),
                      Clock(elapsed * (1 - fraction) / std::max(fraction, 1e-9)).c_str());
     }
 
@@ -123,7 +124,9 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
     const Point2i lo = film.WindowMin(), hi = film.WindowMax();
     constexpr int kTile = 16;
     const Point2i tiles{(hi.x - lo.x + kTile - 1) / kTile, (hi.y - lo.y + kTile - 1) / kTile};
-    const auto interrupted = [&] { return options.interrupted && options.interrupted->load(std::memory_order_relaxed); };
+    const auto interrupted = [&] {
+        return options.interrupted && options.interrupted->load(std::memory_order_relaxed);
+    };
 
     Progress progress(options.progress, static_cast<double>(hi.x - lo.x) * (hi.y - lo.y) * spp);
     const auto renderTile = [&](int tile, int firstSample, int lastSample) {
@@ -139,11 +142,12 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
                     const Point2f pFilm{static_cast<float>(x) + 0.5f + offset.offset.x,
                                         static_cast<float>(y) + 0.5f + offset.offset.y};
                     const Ray ray = camera.GenerateRay(pFilm, sampler.Get2D());
-                    const Spectrum radiance = integrator->Li(ray, scene, sampler, state.counts) * offset.weight;
+                    const Spectrum radiance =
+                        integrator->Li(ray, scene, sampler, state.counts) * offset.weight;
                     if (!film.Add(x, y, radiance) && state.nanSamples++ == 0)
                         Warning("sample that is not finite",
-                                "a sample that is not finite was left out at pixel (" + std::to_string(x) + ", " +
-                                    std::to_string(y) + "), sample " + std::to_string(s));
+                                "a sample that is not finite was left out at pixel (" + std::to_string(x) +
+                                    ", " + std::to_string(y) + "), sample " + std::to_string(s));
                 }
         progress.Advance(static_cast<double>(x1 - x0) * (y1 - y0) * (lastSample - firstSample));
     };
@@ -154,10 +158,11 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
     for (int done = 0, pass = 1; done < spp && !interrupted(); done += pass, pass = std::min(2 * pass, 16)) {
         const int end = std::min(spp, done + pass);
         arena.execute([&] {
-            tbb::parallel_for(tbb::blocked_range<int>(0, tiles.x * tiles.y, 1), [&](const tbb::blocked_range<int> &r) {
-                for (int tile = r.begin(); tile < r.end() && !interrupted(); ++tile)
-                    renderTile(tile, done, end);
-            });
+            tbb::parallel_for(tbb::blocked_range<int>(0, tiles.x * tiles.y, 1),
+                              [&](const tbb::blocked_range<int> &r) {
+                                  for (int tile = r.begin(); tile < r.end() && !interrupted(); ++tile)
+                                      renderTile(tile, done, end);
+                              });
         });
         pass = end - done;
     }
@@ -179,7 +184,8 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
         stats->sppReached = spp;
 
     Image image = film.Develop(options.variance);
-    image.attributes["scene"] = TextAttribute(std::filesystem::path(description.filename).filename().string());
+    image.attributes["scene"] =
+        TextAttribute(std::filesystem::path(description.filename).filename().string());
     image.attributes["version"] = TextAttribute(CUTICLE_VERSION);
     image.attributes["spp"] = NumberAttribute(stats->sppReached);
     image.attributes["seed"] = NumberAttribute(static_cast<double>(options.seed));

@@ -12,9 +12,9 @@
 namespace cuticle {
 
 struct RenderOptions {
-    std::optional<int> spp;                 // overrides the scene's sampler
-    std::optional<std::string> integrator;  // overrides the scene's
-    int threads = 0;                        // 0: all cores
+    std::optional<int> spp;                // overrides the scene's sampler
+    std::optional<std::string> integrator; // overrides the scene's
+    int threads = 0;                       // 0: all cores
     uint64_t seed = 0;
     FilmOptions film;
     bool quick = false;    // pbrt's --quick: a quarter of the samples and of the resolution in each direction

@@ -210,7 +210,8 @@ float SurfaceLobes::Pdf(const Lobe &lobe, const Vector3f &wo, const Vector3f &wi
         if (Dot(wo, wh) * Dot(wi, wh) > 0)
             return 0;
         const float sqrtDenom = Dot(wo, wh) + eta * Dot(wi, wh);
-        return TrowbridgeReitz{lobe.a, lobe.b}.Pdf(wo, wh) * std::abs(eta * eta * Dot(wi, wh) / Sqr(sqrtDenom));
+        return TrowbridgeReitz{lobe.a, lobe.b}.Pdf(wo, wh) *
+               std::abs(eta * eta * Dot(wi, wh) / Sqr(sqrtDenom));
     }
     case Kind::SpecularReflection:
     case Kind::SpecularTransmission:
@@ -298,10 +299,6 @@ Spectrum BSDF::FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const 
     *pdf = 0;
     if (const auto *hair = std::get_if<HairBSDF>(&model_))
         return hair->FPdf(wo, wi, pdf) * std::abs(wi.z);
-    if (const auto *hair = std::get_if<ScalarHairBSDF>(&model_)) {
-        *pdf = hair->Pdf(wo, wi);
-        return hair->f(wo, wi) * std::abs(wi.z);
-    }
     if (const auto *s = std::get_if<SurfaceLobes>(&model_)) {
         const bool reflect = Dot(woW, n_) * Dot(wiW, n_) > 0;
         return s->f(wo, wi, reflect, pdf) * std::abs(wi.z);
@@ -315,11 +312,6 @@ bool BSDF::Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSamp
     Vector3f wi;
     if (const auto *hair = std::get_if<HairBSDF>(&model_)) {
         sample->f = hair->Sample_f(wo, &wi, u, &sample->pdf);
-        sample->specular = false;
-        sample->transmission = wi.z * wo.z < 0;
-        sample->eta = 1;
-    } else if (const auto *scalar = std::get_if<ScalarHairBSDF>(&model_)) {
-        sample->f = scalar->Sample_f(wo, &wi, {u[0], u[1]}, &sample->pdf);
         sample->specular = false;
         sample->transmission = wi.z * wo.z < 0;
         sample->eta = 1;

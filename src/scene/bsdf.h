@@ -10,12 +10,12 @@ namespace cuticle {
 
 // One direction chosen by a BSDF.
 struct BSDFSample {
-    Vector3f wi;          // world space, unit length
-    Spectrum f;           // value, 1/sr; for specular lobes f |cos| / pdf is the weight and pdf the lobe's probability
-    float pdf = 0;        // solid angle density
+    Vector3f wi; // world space, unit length
+    Spectrum f;  // value, 1/sr; for specular lobes f |cos| / pdf is the weight and pdf the lobe's probability
+    float pdf = 0; // solid angle density
     bool specular = false;
     bool transmission = false;
-    float eta = 1;        // relative index passed through on transmission, else 1
+    float eta = 1; // relative index passed through on transmission, else 1
 };
 
 // Lobes of ordinary surfaces, after pbrt-v3's reflection chapter. A value type without heap storage.
@@ -56,7 +56,9 @@ class SurfaceLobes {
         Spectrum color;
         float a = 0, b = 0; // Oren-Nayar's A, B; or the roughnesses along x, y
         float eta = 1;
-        bool Specular() const { return kind == Kind::SpecularReflection || kind == Kind::SpecularTransmission; }
+        bool Specular() const {
+            return kind == Kind::SpecularReflection || kind == Kind::SpecularTransmission;
+        }
         bool Reflects() const {
             return kind != Kind::LambertTransmission && kind != Kind::MicrofacetTransmission &&
                    kind != Kind::SpecularTransmission;
@@ -85,27 +87,21 @@ class BSDF {
     void SetHair(Args &&...args) {
         model_.template emplace<HairBSDF>(std::forward<Args>(args)...);
     }
-    // The same model, evaluated the plain scalar way: the benchmark's opponent.
-    template <class... Args>
-    void SetScalarHair(Args &&...args) {
-        model_.template emplace<ScalarHairBSDF>(std::forward<Args>(args)...);
-    }
     SurfaceLobes &SetSurface() { return model_.template emplace<SurfaceLobes>(); }
 
     // True if light sampling can contribute.
     bool HasNonSpecular() const;
-    bool IsHair() const {
-        return std::holds_alternative<HairBSDF>(model_) || std::holds_alternative<ScalarHairBSDF>(model_);
-    }
+    bool IsHair() const { return std::holds_alternative<HairBSDF>(model_); }
     // f times |cos theta_i| and the density of Sample_f, for world directions of unit length.
     Spectrum FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const;
     // Chooses a direction; weight = f |cos| / pdf. False where there is none.
-    bool Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSample *sample, Spectrum *weight) const;
+    bool Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSample *sample,
+                  Spectrum *weight) const;
 
   private:
     Frame frame_;
     Normal3f n_;
-    std::variant<std::monostate, SurfaceLobes, HairBSDF, ScalarHairBSDF> model_;
+    std::variant<std::monostate, SurfaceLobes, HairBSDF> model_;
 };
 
 } // namespace cuticle

@@ -4,7 +4,8 @@
 namespace cuticle {
 
 //> Read the hair's parameters from the scene
-HairMaterial::HairMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &options)
+HairMaterial::HairMaterial(const ParamSet &params, const TextureTable &textures,
+                           const MaterialOptions &options)
     : options_(options) {
     //> Take the colour from the first of sigma_a, color, melanin
     const bool hasSigmaA = params.Find("sigma_a") != nullptr;
@@ -13,7 +14,8 @@ HairMaterial::HairMaterial(const ParamSet &params, const TextureTable &textures,
     if (hasSigmaA)
         sigmaA_ = textures.GetSpectrumTexture(params, "sigma_a", Spectrum(0));
     if (hasColor)
-        color_ = textures.GetSpectrumTexture(params, params.Find("color") ? "color" : "reflectance", Spectrum(0));
+        color_ =
+            textures.GetSpectrumTexture(params, params.Find("color") ? "color" : "reflectance", Spectrum(0));
     if (hasMelanin || (!hasSigmaA && !hasColor)) {
         eumelanin_ = textures.GetFloatTexture(params, "eumelanin", hasMelanin ? 0.f : 1.3f);
         pheomelanin_ = textures.GetFloatTexture(params, "pheomelanin", 0.f);
@@ -22,7 +24,8 @@ HairMaterial::HairMaterial(const ParamSet &params, const TextureTable &textures,
     //> Warn where the scene gives more than one colour
     if (params.Find("color") && params.Find("reflectance"))
         Warning(params.loc, "hair colour given twice",
-                "\"color\" and \"reflectance\" are two names of one parameter; \"color\" is used. Give one of them.");
+                "\"color\" and \"reflectance\" are two names of one parameter; \"color\" is used. Give one "
+                "of them.");
     if (hasSigmaA + hasColor + hasMelanin > 1)
         Warning(params.loc, "hair colour given twice",
                 std::string("hair takes its colour from one of \"sigma_a\", \"color\" and melanin; \"") +
@@ -63,10 +66,8 @@ void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
     //<
     const Float eta = eta_->Evaluate(point), alpha = alpha_->Evaluate(point);
     const Spectrum sigmaA = SigmaA(point, betaN);
-    if (options_.scalarHair)
-        bsdf->SetScalarHair(h, eta, sigmaA, betaM, betaN, alpha, options_.compatPbrtV3 ? ScaleTilt::PbrtV3 : ScaleTilt::RootToTip);
-    else
-        bsdf->SetHair(h, eta, sigmaA, betaM, betaN, alpha, options_.compatPbrtV3 ? ScaleTilt::PbrtV3 : ScaleTilt::RootToTip);
+    bsdf->SetHair(h, eta, sigmaA, betaM, betaN, alpha,
+                  options_.compatPbrtV3 ? ScaleTilt::PbrtV3 : ScaleTilt::RootToTip);
 }
 //<
 

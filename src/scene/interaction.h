@@ -10,16 +10,16 @@ class Material;
 
 struct SurfaceInteraction {
     Point3f p;
-    Vector3f pError;      // bound of the rounding error of p, per axis (solids)
-    Normal3f n;           // geometric, unit length
-    Vector3f wo;          // unit, away from the surface, towards where the ray came from
-    Frame shading;        // x along dpdu (of a fiber: root to tip), z the shading normal
-    Point2f uv;           // of a curve: v across it, so that h = -1 + 2v
-    float t = 0;          // along the ray that found it
+    Vector3f pError;                    // bound of the rounding error of p, per axis (solids)
+    Normal3f n;                         // geometric, unit length
+    Vector3f wo;                        // unit, away from the surface, towards where the ray came from
+    Frame shading;                      // x along dpdu (of a fiber: root to tip), z the shading normal
+    Point2f uv;                         // of a curve: v across it, so that h = -1 + 2v
+    float t = 0;                        // along the ray that found it
     const Material *material = nullptr; // nullptr: pbrt's material "", which light passes
-    int light = -1;       // of an emitter: index of its light in the scene
+    int light = -1;                     // of an emitter: index of its light in the scene
     bool isCurve = false;
-    CurveOrigin curveOrigin; // of a curve: tells a new ray what it starts on
+    CurveOrigin curveOrigin;             // of a curve: tells a new ray what it starts on
     uint32_t geometryId = 0, primId = 0; // of a solid: see SolidHit
 };
 

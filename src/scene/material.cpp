@@ -28,7 +28,8 @@ class MatteMaterial : public Material {
     MatteMaterial(const ParamSet &p, const TextureTable &t)
         : kd_(t.GetSpectrumTexture(p, "Kd", Spectrum(0.5f))), sigma_(t.GetFloatTexture(p, "sigma", 0)) {}
     void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const override {
-        bsdf->SetSurface().AddOrenNayar(Evaluate01(kd_, si), std::clamp(sigma_->Evaluate(PointOf(si)), 0.f, 90.f));
+        bsdf->SetSurface().AddOrenNayar(Evaluate01(kd_, si),
+                                        std::clamp(sigma_->Evaluate(PointOf(si)), 0.f, 90.f));
     }
 
   private:
@@ -39,7 +40,8 @@ class MatteMaterial : public Material {
 class PlasticMaterial : public Material {
   public:
     PlasticMaterial(const ParamSet &p, const TextureTable &t)
-        : kd_(t.GetSpectrumTexture(p, "Kd", Spectrum(0.25f))), ks_(t.GetSpectrumTexture(p, "Ks", Spectrum(0.25f))),
+        : kd_(t.GetSpectrumTexture(p, "Kd", Spectrum(0.25f))),
+          ks_(t.GetSpectrumTexture(p, "Ks", Spectrum(0.25f))),
           roughness_(t.GetFloatTexture(p, "roughness", 0.1f)), remap_(p.FindBool("remaproughness", true)) {}
     void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const override {
         SurfaceLobes &lobes = bsdf->SetSurface();
@@ -56,7 +58,8 @@ class PlasticMaterial : public Material {
 
 class MirrorMaterial : public Material {
   public:
-    MirrorMaterial(const ParamSet &p, const TextureTable &t) : kr_(t.GetSpectrumTexture(p, "Kr", Spectrum(0.9f))) {}
+    MirrorMaterial(const ParamSet &p, const TextureTable &t)
+        : kr_(t.GetSpectrumTexture(p, "Kr", Spectrum(0.9f))) {}
     void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const override {
         bsdf->SetSurface().AddSpecularReflection(Evaluate01(kr_, si), 0);
     }
@@ -99,7 +102,8 @@ class GlassMaterial : public Material {
 class UberMaterial : public Material {
   public:
     UberMaterial(const ParamSet &p, const TextureTable &t)
-        : kd_(t.GetSpectrumTexture(p, "Kd", Spectrum(0.25f))), ks_(t.GetSpectrumTexture(p, "Ks", Spectrum(0.25f))),
+        : kd_(t.GetSpectrumTexture(p, "Kd", Spectrum(0.25f))),
+          ks_(t.GetSpectrumTexture(p, "Ks", Spectrum(0.25f))),
           kr_(t.GetSpectrumTexture(p, "Kr", Spectrum(0))), kt_(t.GetSpectrumTexture(p, "Kt", Spectrum(0))),
           opacity_(t.GetSpectrumTexture(p, "opacity", Spectrum(1))), eta_(IndexOfRefraction(p, t)),
           uRoughness_(t.GetFloatTexture(p, p.Find("uroughness") ? "uroughness" : "roughness", 0.1f)),

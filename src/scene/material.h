@@ -13,7 +13,6 @@ namespace cuticle {
 // Choices that a scene file does not make: the command line does.
 struct MaterialOptions {
     bool compatPbrtV3 = false; // hair as pbrt-v3 has it, where we hold that to be wrong: see HairMaterial
-    bool scalarHair = false;               // evaluate hair the plain scalar way (the benchmark's opponent)
 };
 
 class Material {

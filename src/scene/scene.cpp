@@ -1,6 +1,7 @@
 #include "scene/scene.h"
 
 #include "grooms/groom.h"
+#include "grooms/hair_file.h"
 #include "shapes/ply.h"
 
 #include <algorithm>
@@ -10,7 +11,8 @@ namespace cuticle {
 namespace {
 
 // Shapes of pbrt-v3 that this version leaves out of the picture.
-constexpr std::string_view kLeftOut[] = {"cone", "paraboloid", "hyperboloid", "loopsubdiv", "nurbs", "heightfield"};
+constexpr std::string_view kLeftOut[] = {"cone",       "paraboloid", "hyperboloid",
+                                         "loopsubdiv", "nurbs",      "heightfield"};
 
 } // namespace
 
@@ -18,7 +20,8 @@ constexpr std::string_view kLeftOut[] = {"cone", "paraboloid", "hyperboloid", "l
 class Scene::Builder {
   public:
     Builder(Scene *scene, SceneDescription *description, const SceneOptions &options)
-        : scene_(*scene), description_(*description), options_(options), textures_(description->floatTextures, description->spectrumTextures) {}
+        : scene_(*scene), description_(*description), options_(options),
+          textures_(description->floatTextures, description->spectrumTextures) {}
 
     void Build() {
         for (const MaterialEntity &entity : description_.materials)
@@ -92,7 +95,8 @@ class Scene::Builder {
             emitters_.push_back({id, geometry, shape.state.areaLight});
     }
 
-    uint32_t AddSolid(const ShapeEntity &shape, const Transform &toWorld, uint32_t id, bool flip, bool visible) {
+    uint32_t AddSolid(const ShapeEntity &shape, const Transform &toWorld, uint32_t id, bool flip,
+                      bool visible) {
         const ParamSet &p = shape.params;
         SolidSet &solids = scene_.solids_;
         if (shape.type == "trianglemesh" || shape.type == "plymesh") {
@@ -120,11 +124,11 @@ class Scene::Builder {
             const float zMin = p.FindFloat("zmin", -1), zMax = p.FindFloat("zmax", 1);
             return visible ? solids.AddCylinder(toWorld, radius, zMin, zMax, phiMax, id, flip) : 0;
         }
-        constexpr std::string_view kNames[] = {"curve",    "trianglemesh", "plymesh",    "sphere",      "disk",
-                                               "cylinder", "hairfile",     "groom",      "cone",        "paraboloid",
-                                               "hyperboloid", "loopsubdiv", "nurbs",     "heightfield"};
-        throw Error(p.loc,
-                    "unknown shape \"" + shape.type + "\"." + Suggestion(shape.type, kNames, std::size(kNames)));
+        constexpr std::string_view kNames[] = {
+            "curve", "trianglemesh", "plymesh",    "sphere",      "disk",       "cylinder", "hairfile",
+            "groom", "cone",         "paraboloid", "hyperboloid", "loopsubdiv", "nurbs",    "heightfield"};
+        throw Error(p.loc, "unknown shape \"" + shape.type + "\"." +
+                               Suggestion(shape.type, kNames, std::size(kNames)));
     }
 
     static std::string Filename(const ParamSet &p) {
@@ -165,8 +169,27 @@ class Scene::Builder {
         return mesh;
     }
 
-    // Strands from a file or a recipe become curve segments of one group.
-    void AddGroom(const ShapeEntity &shape, const Transform &toWorld, CurvePool *curves);
+    // Strands from a file become curve segments of one group.
+    void AddGroom(const ShapeEntity &shape, const Transform &toWorld, CurvePool *curves) {
+        const ParamSet &p = shape.params;
+        const Groom groom =
+            shape.type == "hairfile" ? ReadHairFile(Filename(p)) : MakeGroom(ReadGroomParams(p));
+        const float widthScale =
+            p.FindFloat("widthscale", 1) * static_cast<float>(std::cbrt(std::abs(toWorld.Determinant())));
+        SegmentOptions segmentOptions;
+        segmentOptions.segmentsPerStrand = p.FindInt("segments", 0);
+        const auto group = static_cast<uint32_t>(description_.curveGroups.size());
+        description_.curveGroups.push_back({CurveType::Flat, shape.state});
+        ForEachSegment(groom, segmentOptions, [&](const BezierSegment &piece, size_t) {
+            CurveSegment segment;
+            for (size_t i = 0; i < 4; ++i)
+                segment.cp[i] = toWorld.Point(piece.cp[i]);
+            for (size_t i = 0; i < 2; ++i)
+                segment.width[i] = piece.width[i] * widthScale;
+            segment.group = group;
+            curves->segments.push_back(segment);
+        });
+    }
 
     void FinishCurves(CurvePool curves) {
         std::vector<CurveType> types;
@@ -177,21 +200,26 @@ class Scene::Builder {
             anyHidden |= !scene_.curveMaterials_.back();
             if (group.state.areaLight >= 0)
                 Warning(description_.areaLights[static_cast<size_t>(group.state.areaLight)].params.loc,
-                        "curves do not emit", "area lights on curves are not rendered; the curve does not emit");
+                        "curves do not emit",
+                        "area lights on curves are not rendered; the curve does not emit");
         }
         if (anyHidden && curves.ribbonNormals.empty())
-            std::erase_if(curves.segments, [&](const CurveSegment &s) { return !scene_.curveMaterials_[s.group]; });
+            std::erase_if(curves.segments,
+                          [&](const CurveSegment &s) { return !scene_.curveMaterials_[s.group]; });
         scene_.haveCurves_ = !curves.segments.empty();
         if (!scene_.haveCurves_)
             return;
         if (options_.binaryCurves) {
-            scene_.binaryCurves_.emplace(std::move(curves.segments), std::move(types), std::move(curves.ribbonNormals));
+            scene_.binaryCurves_.emplace(std::move(curves.segments), std::move(types),
+                                         std::move(curves.ribbonNormals));
             return;
         }
-        scene_.curves_ = CurveSet(std::move(curves.segments), std::move(types), std::move(curves.ribbonNormals));
+        scene_.curves_ =
+            CurveSet(std::move(curves.segments), std::move(types), std::move(curves.ribbonNormals));
         if (const size_t dropped = scene_.curves_.DroppedSegments())
-            Warning("curves that cannot be met", std::to_string(dropped) + " curve segments have points that are not finite, or "
-                                                                           "no width, and are left out of the picture");
+            Warning("curves that cannot be met", std::to_string(dropped) +
+                                                     " curve segments have points that are not finite, or "
+                                                     "no width, and are left out of the picture");
     }
 
     void MakeLights() {
@@ -205,8 +233,8 @@ class Scene::Builder {
         }
         for (const auto &[shape, geometry, areaLight] : emitters_) {
             scene_.solidInfos_[shape].light = static_cast<int>(scene_.lights_.size());
-            scene_.lights_.push_back(
-                MakeAreaLight(description_.areaLights[static_cast<size_t>(areaLight)], &scene_.solids_, geometry));
+            scene_.lights_.push_back(MakeAreaLight(description_.areaLights[static_cast<size_t>(areaLight)],
+                                                   &scene_.solids_, geometry));
         }
         for (const Entity &entity : description_.areaLights)
             entity.params.ReportUnused("AreaLightSource \"" + entity.type + "\"");
@@ -229,7 +257,9 @@ class Scene::Builder {
     std::vector<Emitter> emitters_;
 };
 
-Scene::Scene(SceneDescription *description, const SceneOptions &options) { Builder(this, description, options).Build(); }
+Scene::Scene(SceneDescription *description, const SceneOptions &options) {
+    Builder(this, description, options).Build();
+}
 
 bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
     Ray ray = sceneRay.ray;
@@ -241,11 +271,14 @@ bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
     const CurveOrigin *origin = sceneRay.fromCurve ? &sceneRay.origin : nullptr;
     bool hitCurve = false;
     if (haveCurves_)
-        hitCurve = binaryCurves_ ? binaryCurves_->Intersect(ray, origin, &curve) : curves_.Intersect(ray, origin, &curve);
+        hitCurve = binaryCurves_ ? binaryCurves_->Intersect(ray, origin, &curve)
+                                 : curves_.Intersect(ray, origin, &curve);
     si->wo = -ray.d;
     if (hitCurve) {
-        const CurveSurface s = binaryCurves_ ? binaryCurves_->Surface(ray, curve) : curves_.Surface(ray, curve);
-        const uint32_t group = binaryCurves_ ? binaryCurves_->Segment(curve.segment).group : curves_.Segment(curve.segment).group;
+        const CurveSurface s =
+            binaryCurves_ ? binaryCurves_->Surface(ray, curve) : curves_.Surface(ray, curve);
+        const uint32_t group = binaryCurves_ ? binaryCurves_->Segment(curve.segment).group
+                                             : curves_.Segment(curve.segment).group;
         si->t = curve.t;
         si->p = s.p;
         si->pError = {s.pError, s.pError, s.pError};
@@ -317,7 +350,9 @@ Bounds3f Scene::WorldBound() const {
     return b;
 }
 
-size_t Scene::Curves() const { return binaryCurves_ ? binaryCurves_->SegmentCount() : curves_.SegmentCount(); }
+size_t Scene::Curves() const {
+    return binaryCurves_ ? binaryCurves_->SegmentCount() : curves_.SegmentCount();
+}
 size_t Scene::MemoryBytes() const {
     return solids_.MemoryBytes() + (binaryCurves_ ? binaryCurves_->MemoryBytes() : curves_.MemoryBytes());
 }
