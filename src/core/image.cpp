@@ -365,7 +365,7 @@ void WritePNGBytes(png_structp png, png_bytep from, size_t n) {
 
 void FlushPNGBytes(png_structp) {}
 
-// Reads the header and asks for what follows as 8 or 16 bits of Y, YA, RGB or RGBA. False: state->message says why.
+// The steps that libpng may leave; false: state->message says why.
 bool ReadPNGHeader(PNGState *state) {
     if (setjmp(png_jmpbuf(state->png)))
         return false;
@@ -374,6 +374,13 @@ bool ReadPNGHeader(PNGState *state) {
     png_read_info(state->png, state->info);
     state->width = png_get_image_width(state->png, state->info);
     state->height = png_get_image_height(state->png, state->info);
+    return true;
+}
+
+// Asks for 8 or 16 bits of Y, YA, RGB or RGBA; libpng allocates its rows here.
+bool StartPNGRows(PNGState *state) {
+    if (setjmp(png_jmpbuf(state->png)))
+        return false;
     png_set_expand(state->png); // palette to RGB, 1, 2, 4 bits to 8, a transparent colour to alpha
     if (std::endian::native == std::endian::little)
         png_set_swap(state->png);
@@ -420,7 +427,9 @@ Image ReadPNG(const std::string &filename, const std::string &bytes, bool decode
         throw std::bad_alloc();
     if (!ReadPNGHeader(&state))
         Fail(filename, "not a readable PNG file: " + state.message);
-    CheckSize(filename, state.width, state.height, state.channels, bytes.size());
+    CheckSize(filename, state.width, state.height, 1, bytes.size());
+    if (!StartPNGRows(&state))
+        Fail(filename, "not a readable PNG file: " + state.message);
     const size_t rowBytes = png_get_rowbytes(state.png, state.info);
     state.pixels.resize(rowBytes * state.height);
     for (size_t y = 0; y < state.height; ++y)
