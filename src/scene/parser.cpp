@@ -337,7 +337,8 @@ class Parser {
     SceneDescription scene_;
     std::vector<File> files_;
     size_t includes_ = 0;
-    bool missingInclude_ = false; // names may be unknown because of it: that is not said again
+    // An Include or a .spd file was not there: names may be unknown because of it, which is not said again.
+    bool missingFile_ = false;
     bool inWorld_ = false, done_ = false;
 
     GraphicsState state_;
@@ -491,14 +492,14 @@ void Parser::Finish(const Token *worldEnd) {
         const std::string message = name + "Begin at " + b.loc.ToString() + " has no " + name +
                                     "End before " + (worldEnd ? "WorldEnd" : "the end of the file");
         blocks_.clear();
-        if (!missingInclude_)
+        if (!missingFile_)
             Fail(worldEnd ? worldEnd->begin : lexer().Source().End(), message);
     }
     if (worldEnd)
         return;
     const char *const end = lexer().Source().End();
     if (!inWorld_) {
-        if (!missingInclude_)
+        if (!missingFile_)
             Fail(end, "the file ends without a WorldBegin: there is no scene in it");
         return;
     }
@@ -687,7 +688,7 @@ void Parser::ReadParam(ParamSet *set) {
         const auto f = state_.floatTextures->find(name), s = state_.spectrumTextures->find(name);
         p.floatTexture = f == state_.floatTextures->end() ? -1 : f->second;
         p.spectrumTexture = s == state_.spectrumTextures->end() ? -1 : s->second;
-        if (p.floatTexture < 0 && p.spectrumTexture < 0 && !missingInclude_) {
+        if (p.floatTexture < 0 && p.spectrumTexture < 0 && !missingFile_) {
             std::vector<string_view> known;
             for (const auto &map : {state_.floatTextures, state_.spectrumTextures})
                 for (const auto &entry : *map)
@@ -776,6 +777,7 @@ void Parser::ToSpectrum(Param *p, Spelling spelling, const Token &declaration,
             auto it = spectrumFiles_.find(path);
             if (it == spectrumFiles_.end()) {
                 std::error_code ec;
+                missingFile_ = !std::filesystem::exists(path, ec) || missingFile_;
                 if (!std::filesystem::exists(path, ec))
                     Fail(at[i], "cannot open the spectrum file \"" + path + "\": No such file or directory");
                 const Spectrum s = ReadSPD(path);
@@ -879,7 +881,7 @@ void Parser::ParseDirective(const Token &word) {
         if (it != coordinateSystems_.end()) {
             ctm_ = it->second;
             curveTransformKnown_ = false;
-        } else if (!missingInclude_) {
+        } else if (!missingFile_) {
             std::vector<string_view> known;
             for (const auto &entry : coordinateSystems_)
                 known.push_back(entry.first);
@@ -1046,7 +1048,7 @@ void Parser::Include(const Token &word) {
     try {
         source = TextSource::FromFile(path, loc, lexer().Line(t.begin));
     } catch (const Error &) {
-        missingInclude_ = true;
+        missingFile_ = true;
         throw;
     }
     Push(std::move(source), canonical);
@@ -1064,7 +1066,7 @@ void Parser::EndBlock(const Token &word, Block::Kind kind) {
     RequireWorld(word);
     const std::string begin = std::string(word.text.substr(0, word.text.size() - 3)) + "Begin";
     if (blocks_.empty()) {
-        if (missingInclude_)
+        if (missingFile_)
             return;
         Fail(word, std::string(word.text) + " without " + begin);
     }
@@ -1108,7 +1110,7 @@ void Parser::ObjectInstance(const Token &word) {
         Fail(word, "ObjectInstance inside the definition of an object");
     const auto it = objects_.find(name);
     if (it == objects_.end()) {
-        if (missingInclude_)
+        if (missingFile_)
             return;
         std::vector<string_view> known;
         for (const auto &entry : objects_)
@@ -1150,13 +1152,15 @@ void Parser::NamedMaterial(const Token &word) {
     const auto it = state_.namedMaterials->find(name);
     if (it != state_.namedMaterials->end()) {
         state_.material = it->second;
-    } else if (!missingInclude_) {
+    } else if (!missingFile_) {
         std::vector<string_view> known;
         for (const auto &entry : *state_.namedMaterials)
             known.push_back(entry.first);
         std::sort(known.begin(), known.end());
         known.resize(std::min<size_t>(known.size(), 20));
-        Fail(t, "no material " + Quoted(name) + " has been defined here by MakeNamedMaterial." +
+        // Scenes that people share do this, and pbrt-v3 renders them; so it is no Error.
+        Warning(Loc(t), "unknown named material",
+                "no material " + Quoted(name) + " has been defined here; the current one stays, as in pbrt-v3." +
                     (known.empty() ? "" : Suggestion(name, known.data(), known.size())));
     }
 }
@@ -1277,7 +1281,7 @@ void Parser::ResolveMix(MaterialEntity *material) {
         const auto it = state_.namedMaterials->find(p->strings[0]);
         if (it != state_.namedMaterials->end())
             material->mixed[i] = it->second;
-        else if (!missingInclude_)
+        else if (!missingFile_)
             throw Error(p->loc,
                         "no material " + Quoted(p->strings[0]) +
                             " has been defined here by MakeNamedMaterial",
