@@ -2,6 +2,8 @@
 
 #include "grooms/groom.h"
 #include "grooms/hair_file.h"
+#include "grooms/head_shape.h"
+#include "grooms/procedural.h"
 #include "shapes/ply.h"
 
 #include <algorithm>
@@ -99,10 +101,12 @@ class Scene::Builder {
                       bool visible) {
         const ParamSet &p = shape.params;
         SolidSet &solids = scene_.solids_;
-        if (shape.type == "trianglemesh" || shape.type == "plymesh") {
+        if (shape.type == "trianglemesh" || shape.type == "plymesh" || shape.type == "groomhead") {
             TriangleMesh mesh;
             if (shape.type == "plymesh")
                 mesh = ReadPly(Filename(p));
+            else if (shape.type == "groomhead")
+                mesh = HeadOf(p);
             else
                 mesh = MeshOf(p);
             for (Point3f &v : mesh.p)
@@ -124,9 +128,10 @@ class Scene::Builder {
             const float zMin = p.FindFloat("zmin", -1), zMax = p.FindFloat("zmax", 1);
             return visible ? solids.AddCylinder(toWorld, radius, zMin, zMax, phiMax, id, flip) : 0;
         }
-        constexpr std::string_view kNames[] = {
-            "curve", "trianglemesh", "plymesh",    "sphere",      "disk",       "cylinder", "hairfile",
-            "groom", "cone",         "paraboloid", "hyperboloid", "loopsubdiv", "nurbs",    "heightfield"};
+        constexpr std::string_view kNames[] = {"curve",      "trianglemesh", "plymesh",    "sphere",
+                                               "disk",       "cylinder",     "hairfile",   "groom",
+                                               "groomhead",  "cone",         "paraboloid", "hyperboloid",
+                                               "loopsubdiv", "nurbs",        "heightfield"};
         throw Error(p.loc, "unknown shape \"" + shape.type + "\"." +
                                Suggestion(shape.type, kNames, std::size(kNames)));
     }
@@ -136,6 +141,12 @@ class Scene::Builder {
         if (name.empty())
             throw Error(p.loc, "this shape needs \"string filename\"");
         return name;
+    }
+
+    // The head and shoulders that procedural grooms grow on.
+    static TriangleMesh HeadOf(const ParamSet &p) {
+        HeadMesh head = MakeHeadMesh(p.FindFloat("spacing", 0.3f));
+        return {std::move(head.points), std::move(head.normals), {}, std::move(head.indices)};
     }
 
     static TriangleMesh MeshOf(const ParamSet &p) {
@@ -169,18 +180,32 @@ class Scene::Builder {
         return mesh;
     }
 
-    // Strands from a file become curve segments of one group.
+    // The parameters of Shape "groom": the same table as the command line's.
+    static GroomParams ReadGroomParams(const ParamSet &p) {
+        const std::string kind = p.FindString("kind", "head");
+        try {
+            GroomParams params = MakeGroomParams(kind, p.FindString("style", ""));
+            for (const GroomParamInfo &info : GroomParamTable())
+                if (const Param *given = p.Find(info.name); given && GroomReads(kind, info))
+                    SetGroomParam(&params, info.name,
+                                  std::holds_alternative<int GroomParams::*>(info.member)
+                                      ? p.FindInt(info.name, 0)
+                                      : p.FindFloat(info.name, 0));
+            return params;
+        } catch (const Error &e) {
+            // The table knows no places in files
+            const std::string text = e.what();
+            throw Error(p.loc, text.starts_with("error: ") ? text.substr(7) : text);
+        }
+    }
+
+    // Strands from a file or a recipe become curve segments of one group.
     void AddGroom(const ShapeEntity &shape, const Transform &toWorld, CurvePool *curves) {
         const ParamSet &p = shape.params;
-        const Groom groom =
-            shape.type == "hairfile" ? ReadHairFile(Filename(p)) : MakeGroom(ReadGroomParams(p));
-        const float widthScale =
-            p.FindFloat("widthscale", 1) * static_cast<float>(std::cbrt(std::abs(toWorld.Determinant())));
-        SegmentOptions segmentOptions;
-        segmentOptions.segmentsPerStrand = p.FindInt("segments", 0);
+        const auto scale = static_cast<float>(std::cbrt(std::abs(toWorld.Determinant())));
         const auto group = static_cast<uint32_t>(description_.curveGroups.size());
         description_.curveGroups.push_back({CurveType::Flat, shape.state});
-        ForEachSegment(groom, segmentOptions, [&](const BezierSegment &piece, size_t) {
+        const auto add = [&](const BezierSegment &piece, float widthScale) {
             CurveSegment segment;
             for (size_t i = 0; i < 4; ++i)
                 segment.cp[i] = toWorld.Point(piece.cp[i]);
@@ -188,7 +213,17 @@ class Scene::Builder {
                 segment.width[i] = piece.width[i] * widthScale;
             segment.group = group;
             curves->segments.push_back(segment);
-        });
+        };
+        SegmentOptions options;
+        if (shape.type == "hairfile") {
+            const float widthScale = scale * p.FindFloat("widthscale", 1);
+            options.segmentsPerStrand = p.FindInt("segments", 0);
+            ForEachSegment(ReadHairFile(Filename(p)), options,
+                           [&](const BezierSegment &s, size_t) { add(s, widthScale); });
+            return;
+        }
+        const GroomParams params = ReadGroomParams(p);
+        ForEachSegment(MakeGroom(params), options, [&](const BezierSegment &s, size_t) { add(s, scale); });
     }
 
     void FinishCurves(CurvePool curves) {

@@ -1,0 +1,18 @@
+// The commands of the program: each adds itself to the command line.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace cuticle {
+
+// Thrown by a command that has done its work and ends with a status other than 0 (a comparison beyond its threshold).
+struct ExitStatus {
+    int status;
+};
+
+void AddRenderCommand(CLI::App &app);
+void AddGroomCommand(CLI::App &app);
+void AddCompareCommand(CLI::App &app);
+void AddConvertCommand(CLI::App &app);
+
+} // namespace cuticle
