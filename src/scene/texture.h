@@ -58,7 +58,9 @@ class TextureTable {
 
     // By index into SceneDescription::floatTextures and spectrumTextures.
     std::shared_ptr<const Texture<float>> FloatTexture(size_t index) const { return floats_.at(index); }
-    std::shared_ptr<const Texture<Spectrum>> SpectrumTexture(size_t index) const { return spectra_.at(index); }
+    std::shared_ptr<const Texture<Spectrum>> SpectrumTexture(size_t index) const {
+        return spectra_.at(index);
+    }
 
     size_t ImageFilesRead() const { return imageFilesRead_; }
 

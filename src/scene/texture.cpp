@@ -1,0 +1,547 @@
+#include "scene/texture.h"
+
+#include "core/error.h"
+#include "core/image.h"
+#include "scene/lexer.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace cuticle {
+
+namespace {
+
+constexpr float NaN = std::numeric_limits<float>::quiet_NaN();
+
+[[noreturn]] void Fail(const FileLoc &loc, const std::string &message) {
+    throw Error(loc, message, SourceLine(loc));
+}
+
+// The place of a parameter, or of the directive where it was not given.
+const FileLoc &LocOf(const ParamSet &params, std::string_view name) {
+    const Param *p = params.Find(name);
+    return p ? p->loc : params.loc;
+}
+
+// --- where on a texture a point lies -----------------------------------------------------------------------------
+
+class TextureMapping2D {
+  public:
+    virtual ~TextureMapping2D() = default;
+    virtual Point2f Map(const TexturePoint &point) const = 0;
+};
+
+class UVMapping2D final : public TextureMapping2D {
+  public:
+    UVMapping2D(float su, float sv, float du, float dv) : su_(su), sv_(sv), du_(du), dv_(dv) {}
+    Point2f Map(const TexturePoint &point) const override {
+        return {su_ * point.uv.x + du_, sv_ * point.uv.y + dv_};
+    }
+
+  private:
+    float su_, sv_, du_, dv_;
+};
+
+// (theta / pi, phi / 2 pi) of the direction from the texture's origin; the origin itself maps to (0, 0).
+class SphericalMapping2D final : public TextureMapping2D {
+  public:
+    explicit SphericalMapping2D(const Transform &worldToTexture) : worldToTexture_(worldToTexture) {}
+    Point2f Map(const TexturePoint &point) const override {
+        const Vector3f v = worldToTexture_.Point(point.p);
+        const float theta = std::atan2(std::hypot(v.x, v.y), v.z), phi = std::atan2(v.y, v.x);
+        return {theta / Pi, (phi < 0 ? phi + 2 * Pi : phi) / (2 * Pi)};
+    }
+
+  private:
+    Transform worldToTexture_;
+};
+
+// Angle about z and the cosine to z. That t is the cosine and not the height is pbrt-v3's doing: it normalises first.
+// The origin itself, where no cosine is, takes 0.
+class CylindricalMapping2D final : public TextureMapping2D {
+  public:
+    explicit CylindricalMapping2D(const Transform &worldToTexture) : worldToTexture_(worldToTexture) {}
+    Point2f Map(const TexturePoint &point) const override {
+        const Vector3f v = worldToTexture_.Point(point.p);
+        const float length = v.Length();
+        return {(Pi + std::atan2(v.y, v.x)) / (2 * Pi), length == 0 ? 0 : v.z / length};
+    }
+
+  private:
+    Transform worldToTexture_;
+};
+
+class PlanarMapping2D final : public TextureMapping2D {
+  public:
+    PlanarMapping2D(const Vector3f &vs, const Vector3f &vt, float ds, float dt)
+        : vs_(vs), vt_(vt), ds_(ds), dt_(dt) {}
+    Point2f Map(const TexturePoint &point) const override {
+        return {ds_ + Dot(point.p, vs_), dt_ + Dot(point.p, vt_)};
+    }
+
+  private:
+    Vector3f vs_, vt_;
+    float ds_, dt_;
+};
+
+// --- textures ----------------------------------------------------------------------------------------------------
+
+template <class T>
+using TexturePtr = std::shared_ptr<const Texture<T>>;
+
+template <class T>
+class ScaleTexture final : public Texture<T> {
+  public:
+    ScaleTexture(TexturePtr<T> tex1, TexturePtr<T> tex2) : tex1_(std::move(tex1)), tex2_(std::move(tex2)) {}
+    T Evaluate(const TexturePoint &point) const override {
+        return tex1_->Evaluate(point) * tex2_->Evaluate(point);
+    }
+
+  private:
+    TexturePtr<T> tex1_, tex2_;
+};
+
+template <class T>
+class MixTexture final : public Texture<T> {
+  public:
+    MixTexture(TexturePtr<T> tex1, TexturePtr<T> tex2, TexturePtr<float> amount)
+        : tex1_(std::move(tex1)), tex2_(std::move(tex2)), amount_(std::move(amount)) {}
+    T Evaluate(const TexturePoint &point) const override {
+        const float amount = amount_->Evaluate(point);
+        return tex1_->Evaluate(point) * (1 - amount) + tex2_->Evaluate(point) * amount;
+    }
+
+  private:
+    TexturePtr<T> tex1_, tex2_;
+    TexturePtr<float> amount_;
+};
+
+// Even and odd cells of the integer lattice. The cell's number is kept in double, where it is exact, and never goes
+// through int, which it may not fit.
+template <class T>
+T EvaluateChecker(double cellSum, const TexturePtr<T> &tex1, const TexturePtr<T> &tex2,
+                  const TexturePoint &point) {
+    if (!std::isfinite(cellSum))
+        return T(NaN);
+    return std::fmod(cellSum, 2) == 0 ? tex1->Evaluate(point) : tex2->Evaluate(point);
+}
+
+template <class T>
+class Checkerboard2DTexture final : public Texture<T> {
+  public:
+    Checkerboard2DTexture(std::unique_ptr<TextureMapping2D> mapping, TexturePtr<T> tex1, TexturePtr<T> tex2)
+        : mapping_(std::move(mapping)), tex1_(std::move(tex1)), tex2_(std::move(tex2)) {}
+    T Evaluate(const TexturePoint &point) const override {
+        const Point2f st = mapping_->Map(point);
+        return EvaluateChecker(std::floor(double(st.x)) + std::floor(double(st.y)), tex1_, tex2_, point);
+    }
+
+  private:
+    std::unique_ptr<TextureMapping2D> mapping_;
+    TexturePtr<T> tex1_, tex2_;
+};
+
+// pbrt-v3 carries the world's point through the texture's transformation itself where one would look for its inverse:
+// Scale 2 halves the cells. Scenes are made for what it does, so this does the same.
+template <class T>
+class Checkerboard3DTexture final : public Texture<T> {
+  public:
+    Checkerboard3DTexture(const Transform &ctm, TexturePtr<T> tex1, TexturePtr<T> tex2)
+        : worldToTexture_(ctm), tex1_(std::move(tex1)), tex2_(std::move(tex2)) {}
+    T Evaluate(const TexturePoint &point) const override {
+        const Point3f p = worldToTexture_.Point(point.p);
+        return EvaluateChecker(std::floor(double(p.x)) + std::floor(double(p.y)) + std::floor(double(p.z)),
+                               tex1_, tex2_, point);
+    }
+
+  private:
+    Transform worldToTexture_;
+    TexturePtr<T> tex1_, tex2_;
+};
+
+enum class ImageWrap { Repeat, Black, Clamp };
+
+// Texels as a texture wants them: decoded, scaled, t upwards.
+template <class T>
+struct Texels {
+    int width = 0, height = 0;
+    std::vector<T> values;
+};
+
+template <class T>
+class ImageTexture final : public Texture<T> {
+  public:
+    ImageTexture(std::unique_ptr<TextureMapping2D> mapping, std::shared_ptr<const Texels<T>> texels,
+                 ImageWrap wrap)
+        : mapping_(std::move(mapping)), texels_(std::move(texels)), wrap_(wrap) {}
+
+    T Evaluate(const TexturePoint &point) const override {
+        // Bring the coordinates near [0, 1], where their texels are small integers
+        const Point2f st = mapping_->Map(point);
+        if (!std::isfinite(st.x) || !std::isfinite(st.y))
+            return T(NaN);
+        const auto nearby = [&](double v) {
+            return wrap_ == ImageWrap::Repeat ? v - std::floor(v) : std::clamp(v, -2., 3.);
+        };
+        // Blend the four texels around the point; texel centres lie at half integers
+        const double s = nearby(st.x) * texels_->width - 0.5, t = nearby(st.y) * texels_->height - 0.5;
+        const double s0 = std::floor(s), t0 = std::floor(t);
+        const float ds = static_cast<float>(s - s0), dt = static_cast<float>(t - t0);
+        const int64_t i = static_cast<int64_t>(s0), j = static_cast<int64_t>(t0);
+        return Texel(i, j) * ((1 - ds) * (1 - dt)) + Texel(i, j + 1) * ((1 - ds) * dt) +
+               Texel(i + 1, j) * (ds * (1 - dt)) + Texel(i + 1, j + 1) * (ds * dt);
+    }
+
+  private:
+    T Texel(int64_t s, int64_t t) const {
+        const int64_t w = texels_->width, h = texels_->height;
+        switch (wrap_) {
+        case ImageWrap::Repeat:
+            s = (s % w + w) % w, t = (t % h + h) % h;
+            break;
+        case ImageWrap::Black:
+            if (s < 0 || s >= w || t < 0 || t >= h)
+                return T(0);
+            break;
+        case ImageWrap::Clamp:
+            s = std::clamp<int64_t>(s, 0, w - 1), t = std::clamp<int64_t>(t, 0, h - 1);
+            break;
+        }
+        return texels_->values[static_cast<size_t>(t * w + s)];
+    }
+
+    std::unique_ptr<TextureMapping2D> mapping_;
+    std::shared_ptr<const Texels<T>> texels_;
+    ImageWrap wrap_;
+};
+
+// --- from a scene's words to textures --------------------------------------------------------------------------------
+
+// What is shared while the textures of a scene are made.
+class Builder {
+  public:
+    explicit Builder(const TextureTable &t) : table(t) {}
+    const TextureTable &table;
+
+    // The image of a file, not decoded; read at the first call for it.
+    const Image &ReadOnce(const std::string &filename, const FileLoc &loc) {
+        auto [at, isNew] = images_.try_emplace(filename);
+        if (isNew) {
+            try {
+                at->second = ReadImage(filename, false);
+            } catch (const Error &e) {
+                std::string why = e.what();
+                if (why.starts_with("error: "))
+                    why.erase(0, 7);
+                Fail(loc, "the texture's image cannot be used: " + why);
+            }
+        }
+        return at->second;
+    }
+    size_t FilesRead() const { return images_.size(); }
+
+    // Texels are kept by all that decides their values, so that textures that differ in mapping alone share them.
+    template <class T>
+    auto &TexelCache() {
+        if constexpr (std::is_same_v<T, float>)
+            return floatTexels_;
+        else
+            return spectrumTexels_;
+    }
+
+  private:
+    struct TexelKey {
+        std::string filename;
+        bool gamma;
+        float scale;
+        auto operator<=>(const TexelKey &) const = default;
+    };
+    std::map<std::string, Image> images_;
+    std::map<TexelKey, std::shared_ptr<const Texels<float>>> floatTexels_;
+    std::map<TexelKey, std::shared_ptr<const Texels<Spectrum>>> spectrumTexels_;
+};
+
+template <class T>
+TexturePtr<T> Get(const Builder &b, const ParamSet &params, std::string_view name, float defaultValue) {
+    if constexpr (std::is_same_v<T, float>)
+        return b.table.GetFloatTexture(params, name, defaultValue);
+    else
+        return b.table.GetSpectrumTexture(params, name, Spectrum(defaultValue));
+}
+
+// A plain value of the texture's type.
+template <class T>
+T FindValue(const ParamSet &params, std::string_view name, float defaultValue) {
+    if constexpr (std::is_same_v<T, float>)
+        return params.FindFloat(name, defaultValue);
+    else
+        return params.FindSpectrum(name, Spectrum(defaultValue));
+}
+
+template <class T>
+TexturePtr<T> Constant(const T &value) {
+    return std::make_shared<ConstantTexture<T>>(value);
+}
+
+std::unique_ptr<TextureMapping2D> MakeMapping(const TextureEntity &e) {
+    const ParamSet &p = e.params;
+    static constexpr std::array<std::string_view, 4> names = {"uv", "spherical", "cylindrical", "planar"};
+    const std::string type = p.FindString("mapping", "uv");
+    if (type == "uv")
+        return std::make_unique<UVMapping2D>(p.FindFloat("uscale", 1), p.FindFloat("vscale", 1),
+                                             p.FindFloat("udelta", 0), p.FindFloat("vdelta", 0));
+    if (type == "planar")
+        return std::make_unique<PlanarMapping2D>(p.FindVector3f("v1", {1, 0, 0}),
+                                                 p.FindVector3f("v2", {0, 1, 0}), p.FindFloat("udelta", 0),
+                                                 p.FindFloat("vdelta", 0));
+    if (type != "spherical" && type != "cylindrical")
+        Fail(LocOf(p, "mapping"),
+             "there is no texture mapping \"" + type + "\"." + Suggestion(type, names.data(), names.size()));
+    if (e.ctm.IsSingular())
+        Fail(LocOf(p, "mapping"), "a " + type + " mapping needs a transformation that can be inverted");
+    if (type == "spherical")
+        return std::make_unique<SphericalMapping2D>(e.ctm.Inverse());
+    return std::make_unique<CylindricalMapping2D>(e.ctm.Inverse());
+}
+
+template <class T>
+TexturePtr<T> MakeConstant(const TextureEntity &e, Builder &) {
+    return Constant<T>(FindValue<T>(e.params, "value", 1));
+}
+
+template <class T>
+TexturePtr<T> MakeScale(const TextureEntity &e, Builder &b) {
+    return std::make_shared<ScaleTexture<T>>(Get<T>(b, e.params, "tex1", 1), Get<T>(b, e.params, "tex2", 1));
+}
+
+template <class T>
+TexturePtr<T> MakeMix(const TextureEntity &e, Builder &b) {
+    return std::make_shared<MixTexture<T>>(Get<T>(b, e.params, "tex1", 0), Get<T>(b, e.params, "tex2", 1),
+                                           b.table.GetFloatTexture(e.params, "amount", 0.5f));
+}
+
+template <class T>
+TexturePtr<T> MakeCheckerboard(const TextureEntity &e, Builder &b) {
+    const int dimension = e.params.FindInt("dimension", 2);
+    if (dimension != 2 && dimension != 3)
+        Fail(LocOf(e.params, "dimension"),
+             "a checkerboard has 2 or 3 dimensions, not " + std::to_string(dimension));
+    TexturePtr<T> tex1 = Get<T>(b, e.params, "tex1", 1), tex2 = Get<T>(b, e.params, "tex2", 0);
+    if (dimension == 3)
+        return std::make_shared<Checkerboard3DTexture<T>>(e.ctm, std::move(tex1), std::move(tex2));
+    const std::string mode = e.params.FindString("aamode", "closedform");
+    if (mode != "none" && mode != "closedform")
+        Warning(LocOf(e.params, "aamode"), "unknown antialiasing mode of a checkerboard",
+                "there is no antialiasing mode \"" + mode +
+                    "\" (none and closedform are known); the samples of a pixel filter it here");
+    return std::make_shared<Checkerboard2DTexture<T>>(MakeMapping(e), std::move(tex1), std::move(tex2));
+}
+
+// The values as pbrt-v3 makes them: sRGB decoding first (of the luminance of a float texture, as there), then the
+// scale; image row 0 is at t = 1.
+template <class T>
+std::shared_ptr<const Texels<T>> MakeTexels(const Image &image, bool gamma, float scale) {
+    auto texels = std::make_shared<Texels<T>>();
+    texels->width = image.width, texels->height = image.height;
+    texels->values.reserve(static_cast<size_t>(image.width) * static_cast<size_t>(image.height));
+    for (int y = image.height - 1; y >= 0; --y)
+        for (int x = 0; x < image.width; ++x) {
+            const Spectrum rgb = image.RGB(x, y);
+            const auto decode = [&](float v) { return scale * (gamma ? SRGBToLinear(v) : v); };
+            if constexpr (std::is_same_v<T, float>)
+                texels->values.push_back(decode(rgb.y()));
+            else
+                texels->values.push_back({decode(rgb[0]), decode(rgb[1]), decode(rgb[2])});
+        }
+    return texels;
+}
+
+bool HoldsEncodedValues(std::string filename) {
+    for (char &c : filename)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return filename.ends_with(".png") || filename.ends_with(".tga") || filename.ends_with(".jpg") ||
+           filename.ends_with(".jpeg");
+}
+
+template <class T>
+TexturePtr<T> MakeImage(const TextureEntity &e, Builder &b) {
+    const ParamSet &p = e.params;
+    // Read what pbrt-v3's filter asks for and a point sample has no use for
+    p.FindBool("trilinear", false);
+    p.FindFloat("maxanisotropy", 8);
+
+    const std::string wrapName = p.FindString("wrap", "repeat");
+    static constexpr std::array<std::string_view, 3> wraps = {"repeat", "black", "clamp"};
+    const auto found = std::find(wraps.begin(), wraps.end(), wrapName);
+    if (found == wraps.end())
+        Fail(LocOf(p, "wrap"), "there is no wrap mode \"" + wrapName + "\"." +
+                                   Suggestion(wrapName, wraps.data(), wraps.size()));
+    const ImageWrap wrap = static_cast<ImageWrap>(found - wraps.begin());
+
+    const std::string filename = p.FindFilename("filename");
+    if (filename.empty())
+        Fail(LocOf(p, "filename"), "Texture \"imagemap\" needs \"string filename\"");
+    const float scale = p.FindFloat("scale", 1);
+    const bool gamma = p.FindBool("gamma", HoldsEncodedValues(filename));
+    auto &texels = b.TexelCache<T>()[{filename, gamma, scale}];
+    if (!texels)
+        texels = MakeTexels<T>(b.ReadOnce(filename, LocOf(p, "filename")), gamma, scale);
+    return std::make_shared<ImageTexture<T>>(MakeMapping(e), texels, wrap);
+}
+
+// --- stand-ins for what pbrt-v3 knows and this does not render ------------------------------------------------------
+
+template <class T>
+TexturePtr<T> StandIn(const TextureEntity &e, const TexturePtr<T> &texture, const std::string &what) {
+    for (const Param &p : e.params.params)
+        p.used = true; // one warning is enough
+    Warning(e.params.loc, "texture class \"" + e.type + "\"",
+            "Texture \"" + e.type + "\" is not rendered; " + what + " is used instead");
+    return texture;
+}
+
+template <class T>
+TexturePtr<T> MakeBilerp(const TextureEntity &e, Builder &) {
+    const T mean = (FindValue<T>(e.params, "v00", 0) + FindValue<T>(e.params, "v01", 1) +
+                    FindValue<T>(e.params, "v10", 0) + FindValue<T>(e.params, "v11", 1)) *
+                   0.25f;
+    return StandIn<T>(e, Constant(mean), "the mean of its four corners");
+}
+
+template <class T>
+TexturePtr<T> MakeUV(const TextureEntity &e, Builder &) {
+    if constexpr (std::is_same_v<T, float>)
+        return StandIn<T>(e, Constant(0.5f), "the constant 0.5");
+    else
+        return StandIn<T>(e, Constant(Spectrum(0.5f, 0.5f, 0)), "its mean colour (0.5, 0.5, 0)");
+}
+
+template <class T>
+TexturePtr<T> MakeDots(const TextureEntity &e, Builder &b) {
+    // Half the cells hold a dot of radius 0.35
+    constexpr float covered = 0.5f * Pi * 0.35f * 0.35f;
+    return StandIn<T>(e,
+                      std::make_shared<MixTexture<T>>(Get<T>(b, e.params, "outside", 0),
+                                                      Get<T>(b, e.params, "inside", 1), Constant(covered)),
+                      "a mixture of 81% of its outside and 19% of its inside");
+}
+
+// Sums of noise about 0.
+template <class T>
+TexturePtr<T> MakeNoise(const TextureEntity &e, Builder &) {
+    return StandIn<T>(e, Constant(T(0)), "its mean, the constant 0,");
+}
+
+// Sums of absolute noise, whose mean pbrt-v3 takes for 0.2 an octave.
+template <class T>
+TexturePtr<T> MakeWrinkled(const TextureEntity &e, Builder &) {
+    const int octaves = std::clamp(e.params.FindInt("octaves", 8), 0, 100);
+    const float roughness = e.params.FindFloat("roughness", 0.5f);
+    float sum = 0, weight = 1;
+    for (int i = 0; i < octaves; ++i, weight *= roughness)
+        sum += 0.2f * weight;
+    return StandIn<T>(e, Constant(T(sum)), "about its mean, the constant " + std::to_string(sum) + ",");
+}
+
+template <class T>
+TexturePtr<T> MakeMarble(const TextureEntity &e, Builder &) {
+    if constexpr (std::is_same_v<T, float>)
+        return StandIn<T>(e, Constant(0.79f), "the constant 0.79");
+    else
+        return StandIn<T>(e, Constant(Spectrum(0.79f, 0.79f, 0.81f)),
+                          "the mean of its colours (0.79, 0.79, 0.81)");
+}
+
+template <class T>
+TexturePtr<T> MakePtex(const TextureEntity &e, Builder &) {
+    return StandIn<T>(e, Constant(T(0.5f)), "the constant 0.5");
+}
+
+// --- the table of names ------------------------------------------------------------------------------------------
+
+template <class T>
+struct TextureClass {
+    std::string_view name;
+    TexturePtr<T> (*make)(const TextureEntity &, Builder &);
+};
+
+template <class T>
+constexpr std::array<TextureClass<T>, 13> textureClasses = {{
+    {"constant", MakeConstant<T>},
+    {"scale", MakeScale<T>},
+    {"mix", MakeMix<T>},
+    {"imagemap", MakeImage<T>},
+    {"checkerboard", MakeCheckerboard<T>},
+    // Not rendered: their averages
+    {"bilerp", MakeBilerp<T>},
+    {"uv", MakeUV<T>},
+    {"dots", MakeDots<T>},
+    {"fbm", MakeNoise<T>},
+    {"windy", MakeNoise<T>},
+    {"wrinkled", MakeWrinkled<T>},
+    {"marble", MakeMarble<T>},
+    {"ptex", MakePtex<T>},
+}};
+
+template <class T>
+TexturePtr<T> Make(const TextureEntity &e, Builder &b) {
+    for (const TextureClass<T> &c : textureClasses<T>)
+        if (c.name == e.type) {
+            TexturePtr<T> texture = c.make(e, b);
+            e.params.ReportUnused("Texture \"" + e.type + "\"");
+            return texture;
+        }
+    std::array<std::string_view, textureClasses<T>.size()> names;
+    for (size_t i = 0; i < names.size(); ++i)
+        names[i] = textureClasses<T>[i].name;
+    Fail(e.params.loc,
+         "there is no texture class \"" + e.type + "\"." + Suggestion(e.type, names.data(), names.size()));
+}
+
+// The texture that a parameter names: index is the one of the asked-for kind, other that of the other kind.
+template <class T>
+const TexturePtr<T> &Bound(const Param &p, int index, int other, const std::vector<TexturePtr<T>> &textures) {
+    const std::string name = p.strings.empty() ? p.name : p.strings[0];
+    const bool isFloat = std::is_same_v<T, float>;
+    if (index < 0 && other >= 0)
+        Fail(p.loc, "texture \"" + name + "\" is declared as " + (isFloat ? "spectrum" : "float") +
+                        ", but \"" + p.name + "\" needs a " + (isFloat ? "float" : "spectrum") + " texture");
+    if (index < 0 || static_cast<size_t>(index) >= textures.size())
+        Fail(p.loc,
+             "there is no texture \"" + name + "\"; a Texture directive must declare it before its use");
+    return textures[static_cast<size_t>(index)];
+}
+
+} // namespace
+
+TextureTable::TextureTable(const std::vector<TextureEntity> &floatTextures,
+                           const std::vector<TextureEntity> &spectrumTextures) {
+    // A texture refers only to earlier ones, and a float texture only to float ones
+    Builder builder(*this);
+    for (const TextureEntity &e : floatTextures)
+        floats_.push_back(Make<float>(e, builder));
+    for (const TextureEntity &e : spectrumTextures)
+        spectra_.push_back(Make<Spectrum>(e, builder));
+    imageFilesRead_ = builder.FilesRead();
+}
+
+std::shared_ptr<const Texture<float>>
+TextureTable::GetFloatTexture(const ParamSet &params, std::string_view name, float defaultValue) const {
+    if (const Param *p = params.Find(name, ParamType::Texture))
+        return Bound<float>(*p, p->floatTexture, p->spectrumTexture, floats_);
+    return Constant(params.FindFloat(name, defaultValue));
+}
+
+std::shared_ptr<const Texture<Spectrum>>
+TextureTable::GetSpectrumTexture(const ParamSet &params, std::string_view name,
+                                 const Spectrum &defaultValue) const {
+    if (const Param *p = params.Find(name, ParamType::Texture))
+        return Bound<Spectrum>(*p, p->spectrumTexture, p->floatTexture, spectra_);
+    return Constant(params.FindSpectrum(name, defaultValue));
+}
+
+} // namespace cuticle
