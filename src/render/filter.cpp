@@ -58,7 +58,7 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
         axis.radius = static_cast<double>(parameters.radius[i]);
         if (!(axis.radius > 0 && axis.radius < HUGE_VAL))
             throw Error("filter " + name + ": its width must be above 0");
-        // Tabulate |g| and integrate both by the trapezoid rule, in steps of Simpson's accuracy at the midpoints.
+        // Tabulate |g| and integrate g and |g| by the trapezoid rule, which is what the table's straight lines hold.
         std::vector<double> g(kSteps + 1), running(kSteps + 1);
         const double step = 2 * axis.radius / kSteps;
         for (size_t k = 0; k <= kSteps; ++k)
