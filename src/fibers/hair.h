@@ -63,9 +63,9 @@ class HairBSDF : public BxDF {
     //<
 
   private:
-    Float h_, eta_, betaM_, betaN_, alpha_;
-    Spectrum sigmaA_;
+    HairParameters parameters_;
     HairSetup setup_;
+    const HairKernels *kernels_;
 };
 
 } // namespace cuticle

@@ -1,0 +1,118 @@
+//> Offer the hair model behind pbrt-v3's interface
+#include "fibers/hair.h"
+
+#include "core/error.h"
+#include "core/sampling.h"
+#include "fibers/hair_model.h"
+
+#include <sstream>
+
+namespace cuticle {
+
+namespace {
+//> Refuse what has no meaning, clamp what is out of range
+float Checked(const char *name, float value, float low, float high) {
+    if (std::isnan(value))
+        throw Error(std::string("HairBSDF: ") + name + " is not a number");
+    return std::clamp(value, low, high);
+}
+float Finite(const char *name, float value) {
+    if (!std::isfinite(value))
+        throw Error(std::string("HairBSDF: ") + name + " must be finite, not " + std::to_string(value));
+    return value;
+}
+//<
+
+//> Divide by the cosine that the renderer multiplies by
+// A light in the plane of the ribbon has |wi.z| = 0: 1e-20 stands for it, there and in the sampled direction, so
+// that value, direction and density agree for every direction.
+constexpr float kSmallestCosine = 1e-20f;
+Spectrum WithoutCosine(const HairValue &value, const Vector3f &wi) {
+    const float inverse = 1 / std::max(std::abs(wi.z), kSmallestCosine);
+    return Spectrum(value.fCos[0], value.fCos[1], value.fCos[2]) * inverse;
+}
+//<
+} // namespace
+
+//> Construct the BSDF
+HairBSDF::HairBSDF(Float h, Float eta, const Spectrum &sigma_a, Float beta_m, Float beta_n, Float alpha,
+                   ScaleTilt tilt)
+    : BxDF(static_cast<BxDFType>(BSDF_GLOSSY | BSDF_REFLECTION | BSDF_TRANSMISSION)),
+      parameters_{Checked("h", h, -1, 1),
+                  Checked("eta", Finite("eta", eta), 1e-3f, 1e3f),
+                  {Checked("sigma_a", sigma_a[0], 0, 1e18f), Checked("sigma_a", sigma_a[1], 0, 1e18f),
+                   Checked("sigma_a", sigma_a[2], 0, 1e18f)},
+                  Checked("beta_m", beta_m, 0, 1),
+                  Checked("beta_n", beta_n, 0, 1),
+                  Finite("alpha", alpha),
+                  tilt},
+      kernels_(&CurrentHairKernels()) {
+    kernels_->setUp(parameters_, setup_);
+}
+//<
+
+//> Evaluate value and density
+Spectrum HairBSDF::FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const {
+    const HairValue value = kernels_->evaluate(setup_, wo, wi);
+    *pdf = value.pdf;
+    return WithoutCosine(value, wi);
+}
+Spectrum HairBSDF::f(const Vector3f &wo, const Vector3f &wi) const {
+    return WithoutCosine(kernels_->evaluate(setup_, wo, wi), wi);
+}
+Float HairBSDF::Pdf(const Vector3f &wo, const Vector3f &wi) const {
+    return kernels_->evaluate(setup_, wo, wi).pdf;
+}
+//<
+
+//> Sample a direction with four random numbers, or two
+Spectrum HairBSDF::Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u,
+                            Float *pdf) const {
+    const HairValue value = kernels_->sample(setup_, wo, u, wi);
+    if (std::abs(wi->z) < kSmallestCosine)
+        wi->z = std::copysign(kSmallestCosine, wi->z);
+    *pdf = value.pdf;
+    return WithoutCosine(value, *wi);
+}
+Spectrum HairBSDF::Sample_f(const Vector3f &wo, Vector3f *wi, const Point2f &u, Float *pdf,
+                            BxDFType *sampledType) const {
+    const Point2f first = DemuxFloat(u.x), second = DemuxFloat(u.y);
+    if (sampledType)
+        *sampledType = type;
+    return Sample_f(wo, wi, std::array<Float, 4>{first.x, first.y, second.x, second.y}, pdf);
+}
+//<
+
+//> Describe the BSDF in a line
+std::string HairBSDF::ToString() const {
+    std::ostringstream out;
+    out << "[ HairBSDF h: " << parameters_.h << " eta: " << parameters_.eta << " sigma_a: [ "
+        << parameters_.sigmaA[0] << ", " << parameters_.sigmaA[1] << ", " << parameters_.sigmaA[2]
+        << " ] beta_m: " << parameters_.betaM << " beta_n: " << parameters_.betaN
+        << " alpha: " << parameters_.alpha
+        << " tilt: " << (parameters_.tilt == ScaleTilt::RootToTip ? "root to tip" : "pbrt-v3")
+        << " kernels: " << kernels_->name << " ]";
+    return out.str();
+}
+//<
+
+//> Mix pigments into an absorption coefficient
+Spectrum HairBSDF::SigmaAFromConcentration(Float ce, Float cp) {
+    const Spectrum eumelanin(0.419f, 0.697f, 1.37f), pheomelanin(0.187f, 0.4f, 1.05f);
+    return std::max(ce, 0.f) * eumelanin + std::max(cp, 0.f) * pheomelanin;
+}
+//<
+
+//> Find the absorption that makes a mass of hair look like a colour
+Spectrum HairBSDF::SigmaAFromReflectance(const Spectrum &c, Float beta_n) {
+    const Float b = std::clamp(beta_n, 0.f, 1.f);
+    const Float scale = Polynomial(b, 5.969f, -0.215f, 2.532f, -10.73f, 5.574f, 0.245f);
+    Spectrum sigma;
+    for (int i = 0; i < 3; ++i)
+        sigma[i] = Sqr(std::log(std::clamp(c[i], 1e-4f, 1.f)) / scale);
+    return sigma;
+}
+//<
+
+} // namespace cuticle
+//<

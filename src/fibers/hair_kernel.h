@@ -1,0 +1,290 @@
+//> Run the four lobes in the lanes of one register
+// Included by one source file for each kind of processor, which first defines
+//     CUTICLE_KERNEL        the name of the kernels and of the namespace that keeps them apart
+//     CUTICLE_KERNEL_ARCH   the xsimd architecture whose float register has four lanes
+// Only inlined functions and functions of that namespace may be used here: a function shared with the rest of the
+// program could be linked in the form that this file compiled, for a processor that the program does not run on.
+#include "core/special.h"
+#include "fibers/hair_lanes.h"
+#include "fibers/hair_model.h"
+
+#include <cmath>
+#include <xsimd/xsimd.hpp>
+
+namespace cuticle::CUTICLE_KERNEL {
+namespace {
+
+//> Wrap a register of four floats
+// The type is of this namespace, so templates over it are compiled for this kernel alone.
+struct Lanes {
+    using Register = xsimd::batch<float, CUTICLE_KERNEL_ARCH>;
+    using Integers = xsimd::batch<int32_t, CUTICLE_KERNEL_ARCH>;
+    CUTICLE_INLINE Lanes() : v(0.f) {}
+    CUTICLE_INLINE Lanes(Register r) : v(r) {}
+    CUTICLE_INLINE explicit Lanes(float x) : v(x) {}
+    CUTICLE_INLINE explicit Lanes(const std::array<float, 4> &a) : v(Register::load_unaligned(a.data())) {}
+    CUTICLE_INLINE Integers Bits() const { return xsimd::bitwise_cast<Integers>(v); }
+    CUTICLE_INLINE static Lanes FromBits(Integers bits) { return xsimd::bitwise_cast<Register>(bits); }
+    CUTICLE_INLINE std::array<float, 4> Array() const {
+        std::array<float, 4> a;
+        v.store_unaligned(a.data());
+        return a;
+    }
+    Register v;
+};
+static_assert(Lanes::Register::size == kLobes);
+using Integers = Lanes::Integers;
+using Mask = xsimd::batch_bool<float, CUTICLE_KERNEL_ARCH>;
+//<
+
+//> Give registers the operations that the model asks for
+CUTICLE_INLINE Lanes operator+(Lanes a, Lanes b) { return a.v + b.v; }
+CUTICLE_INLINE Lanes operator-(Lanes a, Lanes b) { return a.v - b.v; }
+CUTICLE_INLINE Lanes operator-(Lanes a) { return -a.v; }
+CUTICLE_INLINE Lanes operator*(Lanes a, Lanes b) { return a.v * b.v; }
+CUTICLE_INLINE Lanes operator/(Lanes a, Lanes b) { return a.v / b.v; }
+CUTICLE_INLINE Mask operator<(Lanes a, Lanes b) { return a.v < b.v; }
+CUTICLE_INLINE Lanes Sqrt(Lanes x) { return xsimd::sqrt(x.v); }
+CUTICLE_INLINE Lanes Max(Lanes a, Lanes b) { return xsimd::max(a.v, b.v); }
+CUTICLE_INLINE Lanes Min(Lanes a, Lanes b) { return xsimd::min(a.v, b.v); }
+CUTICLE_INLINE Lanes Abs(Lanes a) { return xsimd::abs(a.v); }
+CUTICLE_INLINE Lanes Select(Mask condition, Lanes yes, Lanes no) {
+    return xsimd::select(condition, yes.v, no.v);
+}
+//<
+
+//> Compute exponentials
+//> Split off the power of two
+// x = n ln 2 + r, |r| <= (ln 2)/2, ln 2 in two parts so that n times the first is exact. Adding 1.5 2^23 leaves n
+// in the low bits of the sum.
+struct Reduced {
+    Lanes r, twoToN;
+};
+CUTICLE_INLINE Reduced ReduceExp(Lanes x) {
+    const Lanes shifted = x * Lanes(1.44269504f) + Lanes(12582912.f);
+    const Lanes n = shifted - Lanes(12582912.f);
+    const Lanes r = (x - n * Lanes(0.693359375f)) + n * Lanes(2.12194440e-4f);
+    const Integers bits = (shifted.Bits() << 23) + Integers(127 << 23);
+    return {r, Lanes::FromBits(bits)};
+}
+// exp(r) - 1, a Chebyshev fit with relative error 1e-8.
+CUTICLE_INLINE Lanes ReducedExpm1(Lanes r) {
+    return r + r * r * Polynomial(r, 0.5f, 0.1666657703f, 0.04166655466f, 0.008363173075f, 0.001392617612f);
+}
+//<
+//> Put exponentials together again
+// For x <= 80. Below -87 exp(x) leaves the normal numbers: 0.
+struct ExpPair {
+    Lanes exp, expm1;
+};
+CUTICLE_INLINE ExpPair ExpBoth(Lanes x) {
+    const Reduced reduced = ReduceExp(Max(x, Lanes(-87.f)));
+    const Lanes p = ReducedExpm1(reduced.r);
+    return {Select(x < Lanes(-87.f), Lanes(0.f), reduced.twoToN + reduced.twoToN * p),
+            (reduced.twoToN - Lanes(1.f)) + reduced.twoToN * p};
+}
+CUTICLE_INLINE Lanes Exp(Lanes x) { return ExpBoth(x).exp; }
+//<
+//<
+
+//> Compute sines and cosines of turns
+// Of 2 pi x. Quarters of a turn are taken off exactly; on the eighth that remains, Chebyshev fits with errors
+// below 2e-10.
+CUTICLE_INLINE SinCosine<Lanes> SinCosTurns(Lanes turns) {
+    const Lanes shifted = turns * Lanes(4.f) + Lanes(12582912.f);
+    const Lanes r = (turns - (shifted - Lanes(12582912.f)) * Lanes(0.25f)) * Lanes(6.28318531f);
+    const Lanes y = r * r;
+    const Lanes sine =
+        r + r * y * Polynomial(y, -0.1666666666f, 0.008333331875f, -0.0001984008674f, 2.72499258e-6f);
+    const Lanes cosine =
+        Lanes(1.f) + y * Polynomial(y, -0.4999999997f, 0.04166665064f, -0.001388758916f, 2.446378829e-5f);
+    //> Swap and negate by the quarter
+    const Integers quarter = shifted.Bits();
+    const Mask odd = Lanes(0.99999997f) < Lanes::FromBits((quarter & Integers(1)) + Integers(0x3f7fffff));
+    const Integers sineSign = (quarter & Integers(2)) << 30;
+    const Integers cosineSign = ((quarter + Integers(1)) & Integers(2)) << 30;
+    const auto flip = [](Lanes v, Integers sign) { return Lanes::FromBits(v.Bits() ^ sign); };
+    return {flip(Select(odd, cosine, sine), sineSign), flip(Select(odd, sine, cosine), cosineSign)};
+    //<
+}
+//<
+
+//> Compute the size of an angle
+// |atan2(sine, cosine)|, in [0, pi]; 0 for (0, 0). A Chebyshev fit of the arc tangent on [0, 1], relative error 2e-8.
+CUTICLE_INLINE Lanes AbsAngle(Lanes sine, Lanes cosine) {
+    const Lanes a = Abs(sine), b = Abs(cosine);
+    const Lanes ratio = Min(a, b) / Max(Max(a, b), Lanes(1e-37f));
+    const Lanes y = ratio * ratio;
+    const Lanes arc =
+        ratio * Polynomial(y, 0.9999999818f, -0.3333303671f, 0.1999187203f, -0.1419779779f, 0.1061837064f,
+                           -0.07456854826f, 0.04213762359f, -0.01573124912f, 0.002766283502f);
+    const Lanes eighths = Select(b < a, Lanes(1.57079633f) - arc, arc);
+    return Select(cosine < Lanes(0.f), Lanes(3.14159265f) - eighths, eighths);
+}
+//<
+
+//> Turn rows into columns
+struct Rows {
+    Lanes a, b, c, d;
+};
+CUTICLE_INLINE Rows Transpose(const Rows &m) {
+    const auto ac = xsimd::zip_lo(m.a.v, m.c.v), bd = xsimd::zip_lo(m.b.v, m.d.v);
+    const auto ac2 = xsimd::zip_hi(m.a.v, m.c.v), bd2 = xsimd::zip_hi(m.b.v, m.d.v);
+    return {xsimd::zip_lo(ac, bd), xsimd::zip_hi(ac, bd), xsimd::zip_lo(ac2, bd2), xsimd::zip_hi(ac2, bd2)};
+}
+// The sum over each of four rows, as one register.
+CUTICLE_INLINE Lanes SumRows(const Rows &m) {
+    const Rows t = Transpose(m);
+    return (t.a + t.b) + (t.c + t.d);
+}
+//<
+
+//> Set a fiber up
+void SetUp(const HairParameters &parameters, HairSetup &setup) {
+    setup.h = parameters.h, setup.eta = parameters.eta;
+    setup.cosGammaO = std::sqrt((1 - parameters.h) * (1 + parameters.h));
+    setup.etaSquaredMinusOne = (parameters.eta - 1) * (parameters.eta + 1);
+    setup.sigmaA = {parameters.sigmaA[0], parameters.sigmaA[1], parameters.sigmaA[2], 0};
+    //> Compute what depends on the roughnesses
+    // v of TRT serves the last lobe too, so a lane is free for the logistic's exp(-pi/s).
+    setup.v = LongitudinalVariance(parameters.betaM);
+    setup.s = AzimuthalScale(parameters.betaN);
+    const float invS = 1 / setup.s;
+    const Lanes invV = Lanes(1.f) / Lanes(setup.v);
+    std::array<float, 4> exponents = (Lanes(-2.f) * invV).Array();
+    exponents[3] = -Pi * invS;
+    const ExpPair pair = ExpBoth(Lanes(exponents));
+    const std::array<float, 4> exps = pair.exp.Array();
+    setup.mpMass = (-pair.expm1).Array();
+    setup.mpMass[3] = setup.mpMass[2];
+    setup.invV = invV.Array();
+    setup.mpNorm = (invV / Lanes(setup.mpMass)).Array();
+    //<
+    //> Compute the factors of the logistic
+    // Trimmed to [-pi, pi] it is 1 / (1 - npTail) times larger; the last lobe is constant, 1 / (2 pi).
+    setup.npTail = 2 * exps[3] / (1 + exps[3]);
+    const float norm = invS / (1 - setup.npTail);
+    setup.invS = {invS, invS, invS, 0};
+    setup.npNorm = {norm, norm, norm, 2 / Pi};
+    //<
+    //> Compute the tilts of the scales
+    const SinCosine<Lanes> tilt = SinCosTurns(Lanes(TiltInTurns(parameters.alpha, parameters.tilt)));
+    setup.sinTilt = tilt.sin.Array(), setup.cosTilt = tilt.cos.Array();
+    //<
+}
+//<
+
+//> Compute what depends on $\omega_o$
+struct View {
+    FiberAngles<float> o;
+    SinCosine<Lanes> tilted; // of theta_o, for each lobe
+    SinCosine<Lanes> phi;    // Phi of each lobe, on the circle
+    Lanes r, g, b, y;        // A_p of each lobe in three colours, and its luminance
+    float sumY;
+};
+CUTICLE_INLINE View Look(const HairSetup &setup, const Vector3f &wo) {
+    View view;
+    view.o = AnglesOf(wo.x, wo.y, wo.z);
+    view.tilted =
+        Tilted(Lanes(view.o.sinTheta), Lanes(view.o.cosTheta), Lanes(setup.sinTilt), Lanes(setup.cosTilt));
+    const Refraction<float> inside =
+        Refract(view.o.cosTheta, setup.h, setup.cosGammaO, setup.eta, setup.etaSquaredMinusOne);
+    //> Attenuate, colours in the lanes, then turn the lobes into the lanes
+    const FresnelPair<float> fresnel = Fresnel(inside.cosIncident, inside.t, setup.eta);
+    const ExpPair t = ExpBoth(Lanes(setup.sigmaA) * Lanes(-inside.length));
+    const std::array<Lanes, kLobes> ap = Ap(Lanes(fresnel.f), Lanes(fresnel.oneMinusF), t.exp, -t.expm1);
+    const Rows byColor = Transpose({ap[0], ap[1], ap[2], ap[3]});
+    view.r = byColor.a, view.g = byColor.b, view.b = byColor.c;
+    view.y = Lanes(kLuminance[0]) * view.r + Lanes(kLuminance[1]) * view.g + Lanes(kLuminance[2]) * view.b;
+    view.sumY = xsimd::hadd(view.y.v);
+    //<
+    const PhiOnCircle<float> turns =
+        TurnsOfPaths(setup.h, setup.cosGammaO, inside.sinGammaT, inside.cosGammaT);
+    view.phi = {Lanes(turns.sin), Lanes(turns.cos)};
+    return view;
+}
+//<
+
+//> Add the lobes up in the lanes
+// NaN and infinity in a direction pass through minima and maxima unseen: doubt carries them, 0 or NaN.
+CUTICLE_INLINE HairValue Gather(const HairSetup &setup, const View &view, float sinThetaI, float cosThetaI,
+                                Lanes absDPhi, float doubt) {
+    const Lanes density = ScaledMp(Lanes(cosThetaI), view.tilted.cos, Lanes(sinThetaI), view.tilted.sin,
+                                   Lanes(setup.invV), Lanes(setup.mpNorm)) *
+                          ScaledLogistic(absDPhi, Lanes(setup.invS), Lanes(setup.npNorm));
+    const Rows parts = {view.r * density, view.g * density, view.b * density, view.y * density};
+    const std::array<float, 4> sums = (SumRows(parts) + Lanes(doubt)).Array();
+    return {{sums[0], sums[1], sums[2]}, view.sumY < kBlack ? doubt : sums[3] / view.sumY};
+}
+//<
+
+//> Measure the azimuth from the centre of each lobe
+CUTICLE_INLINE Lanes FromCentre(const View &view, SinCosine<float> phi) {
+    const Lanes sine(phi.sin), cosine(phi.cos);
+    return AbsAngle(sine * view.phi.cos - cosine * view.phi.sin, cosine * view.phi.cos + sine * view.phi.sin);
+}
+//<
+
+//> Evaluate for two directions
+HairValue Evaluate(const HairSetup &setup, const Vector3f &wo, const Vector3f &wi) {
+    const View view = Look(setup, wo);
+    const FiberAngles<float> i = AnglesOf(wi.x, wi.y, wi.z);
+    const float doubt = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
+    return Gather(setup, view, i.sinTheta, i.cosTheta, FromCentre(view, RelativeAzimuth(view.o, i)), doubt);
+}
+//<
+
+//> Sample a direction
+HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<float, 4> &random,
+                 Vector3f *wi) {
+    const View view = Look(setup, wo);
+    const std::array<float, 4> u = Max(Lanes(random), Lanes(kSmallestU)).Array();
+    const float doubt = 0 * ((wo.x + wo.y + wo.z) + ((random[0] + random[1]) + (random[2] + random[3])));
+    //> Choose the lobe $q$ by its share of the luminance
+    const std::array<float, 4> y = view.y.Array();
+    size_t q = 0;
+    float rest = u[0] * view.sumY;
+    for (size_t p = 0; p < kLobes && rest >= 0; ++p)
+        if (y[p] > 0)
+            q = p, rest -= y[p];
+    //<
+    //> Draw the angles about the centre of the lobe
+    // The logarithm in double: what is near 1 in it needs no second form.
+    const double inLog = 1 - (1 - static_cast<double>(u[2])) * static_cast<double>(setup.mpMass[q]);
+    const float x = std::max(-2.f, setup.v[q] * static_cast<float>(std::log(std::max(inLog, 1e-30))));
+    const float dPhi = q < 3 ? SampleTrimmedLogistic(u[1], setup.s, setup.npTail) : Pi * (2 * u[1] - 1);
+    const SinCosine<Lanes> both = SinCosTurns(Lanes(std::array<float, 4>{u[3], dPhi / (2 * Pi), 0, 0}));
+    const std::array<float, 4> sines = both.sin.Array(), cosines = both.cos.Array();
+    //<
+    //> Turn from the tilted mirror direction to $\theta_i$
+    const std::array<float, 4> sinTilted = view.tilted.sin.Array(), cosTilted = view.tilted.cos.Array();
+    const SinCosine<float> theta = TurnFromAxis(x, sines[0], cosines[0], sinTilted[q], cosTilted[q]);
+    //<
+    //> Turn from $\phi_o$ by $\Phi$ and the drawn angle
+    const std::array<float, 4> sinTurn = view.phi.sin.Array(), cosTurn = view.phi.cos.Array();
+    const float cosine = cosines[1] * cosTurn[q] - sines[1] * sinTurn[q];
+    const float sine = sines[1] * cosTurn[q] + cosines[1] * sinTurn[q];
+    const float scale = 1.5f - 0.5f * (cosine * cosine + sine * sine); // back to length 1
+    const SinCosine<float> phi{sine * scale, cosine * scale};
+    *wi = {theta.sin + doubt, theta.cos * (view.o.cosPhi * phi.cos - view.o.sinPhi * phi.sin) + doubt,
+           theta.cos * (view.o.sinPhi * phi.cos + view.o.cosPhi * phi.sin) + doubt};
+    //<
+    //> Evaluate at the drawn angles
+    std::array<float, 4> absDPhi = FromCentre(view, phi).Array();
+    absDPhi[q] = std::abs(dPhi);
+    return Gather(setup, view, theta.sin, theta.cos, Lanes(absDPhi), doubt);
+    //<
+}
+//<
+
+} // namespace
+
+//> Offer the kernels
+#define CUTICLE_QUOTE(x) #x
+#define CUTICLE_NAME(x) CUTICLE_QUOTE(x)
+extern const HairKernels kKernels;
+const HairKernels kKernels = {CUTICLE_NAME(CUTICLE_KERNEL), SetUp, Evaluate, Sample};
+//<
+
+} // namespace cuticle::CUTICLE_KERNEL
+//<
