@@ -1,10 +1,12 @@
-// The interface of a scattering function, with pbrt-v3's names and signatures.
+//> Declare what a scattering function offers
+// pbrt-v3's names and signatures.
 #pragma once
 
 #include "core/color.h"
 
 namespace cuticle {
 
+//> Sort scattering into kinds
 enum BxDFType {
     BSDF_REFLECTION = 1 << 0,
     BSDF_TRANSMISSION = 1 << 1,
@@ -13,7 +15,9 @@ enum BxDFType {
     BSDF_SPECULAR = 1 << 4,
     BSDF_ALL = BSDF_DIFFUSE | BSDF_GLOSSY | BSDF_SPECULAR | BSDF_REFLECTION | BSDF_TRANSMISSION,
 };
+//<
 
+//> Evaluate, sample and weigh a pair of directions
 // Directions are unit vectors in the local frame of the surface point and point away from it: z the normal; for a fiber
 // x the tangent from root to tip and y across the width.
 class BxDF {
@@ -31,5 +35,7 @@ class BxDF {
 
     const BxDFType type;
 };
+//<
 
 } // namespace cuticle
+//<
