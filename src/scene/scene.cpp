@@ -189,8 +189,8 @@ class Scene::Builder {
                 if (const Param *given = p.Find(info.name); given && GroomReads(kind, info))
                     SetGroomParam(&params, info.name,
                                   std::holds_alternative<int GroomParams::*>(info.member)
-                                      ? p.FindInt(info.name, 0)
-                                      : p.FindFloat(info.name, 0));
+                                      ? static_cast<double>(p.FindInt(info.name, 0))
+                                      : static_cast<double>(p.FindFloat(info.name, 0)));
             return params;
         } catch (const Error &e) {
             // The table knows no places in files
