@@ -10,10 +10,39 @@
 
 namespace cuticle {
 
+//> The search along one curve
+// The nearest place where a ray meets a cubic Bezier segment with a width, found by the recursion of pbrt-v3 (Pharr,
+// Jakob, Humphreys, Physically Based Rendering, 3rd ed., section 3.7; Nakamaru and Ohno 2002): cut the curve in two
+// until it is straight, leave out what the ray cannot reach, and solve for a straight line. T: double for Curve, which
+// is the text that the book explains and the plain sibling that CurveSet is compared with; float for BinaryCurveBvh.
+template <typename T>
+class CurveSearch {
+  public:
+    // flatness: how far a curve may be from its chord to count as straight, in widths. normals: null but for ribbons.
+    CurveSearch(const CurveSegment &segment, const RibbonNormals *normals, const Ray &ray, T flatness,
+                int maxDepth);
+    // Looks at the part [u0, u1] of the segment for something nearer than what was found before.
+    bool Intersect(T u0, T u1);
+    // What was found last; valid once Intersect has returned true.
+    CurveHit Hit() const;
+
+  private:
+    bool Recurse(const Vector3<T> cp[4], T u0, T u1, int depth);
+    bool IntersectLine(const Vector3<T> cp[4], T u0, T u1);
+    T WidthSeen(T u) const;
+
+    const CurveSegment &segment_;
+    const RibbonNormals *normals_;
+    T flatness_;
+    int maxDepth_;
+    Vector3<T> o_, x_, y_, z_; // the ray's frame: origin, and axes of which z runs along the ray
+    T length_;                 // of the ray's direction
+    T zMin_, zMax_;            // between which a hit is looked for, as distances
+    T hitZ_ = 0, hitU_ = 0, hitV_ = 0;
+};
+//<
+
 //> The curve as a shape
-// A cubic Bezier segment with a width, met by rays one at a time: the recursive intersector of pbrt-v3 (Pharr, Jakob,
-// Humphreys, Physically Based Rendering, 3rd ed., section 3.7; Nakamaru and Ohno 2002), in double precision and
-// without any short cut. It is the text that the book explains, and the plain sibling that CurveSet is compared with.
 class Curve {
   public:
     // normals: of a ribbon, null for the other types (a ribbon without normals is treated as flat).
@@ -23,19 +52,16 @@ class Curve {
     // control points or widths that are not finite, or with no positive width, is never hit.
     bool Intersect(const Ray &ray, CurveHit *hit, CurveSurface *surface = nullptr) const;
     // True where there is such a hit.
-    bool IntersectP(const Ray &ray) const { return Intersect(ray, nullptr); }
+    bool IntersectP(const Ray &ray) const;
     // A box that holds every point within half the largest width of the curve.
     Bounds3f WorldBound() const;
 
   private:
-    struct Search;
-    bool RecursiveIntersect(Search *search, const Vector3d cp[4], double u0, double u1, int depth) const;
-    bool IntersectLine(Search *search, const Vector3d cp[4], double u0, double u1) const;
+    const RibbonNormals *Normals() const { return type_ == CurveType::Ribbon ? &normals_ : nullptr; }
 
     CurveSegment segment_;
     CurveType type_;
     RibbonNormals normals_;
-    bool valid_;
 };
 //<
 

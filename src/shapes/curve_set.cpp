@@ -1,0 +1,658 @@
+//> Many curves at once
+#include "shapes/curve_set.h"
+
+#include "core/error.h"
+#include "shapes/curve.h"
+#include "shapes/curve_set_kernel.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include <array>
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <string_view>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
+namespace cuticle {
+
+using namespace curve_kernel;
+
+static_assert(sizeof(CurveSegment) == kSegmentWords * sizeof(float));
+static_assert(sizeof(Node) == 256);
+
+namespace {
+
+//> Memory in large pages
+// Traversal jumps about in tens of megabytes; with pages of 2 MB it waits less for address translation.
+class LargePages {
+  public:
+    LargePages() = default;
+    // size bytes, all zero.
+    explicit LargePages(size_t size) : size_(size) {
+        constexpr size_t page = size_t(1) << 21;
+        const size_t alignment = size >= page ? page : 64;
+        const size_t rounded = (size + alignment - 1) / alignment * alignment;
+        data_ = static_cast<unsigned char *>(std::aligned_alloc(alignment, rounded));
+        if (!data_)
+            throw std::bad_alloc();
+#ifdef __linux__
+        if (size >= page)
+            madvise(data_, rounded, MADV_HUGEPAGE); // a wish: without it all works, slower
+#endif
+        std::memset(data_, 0, rounded);
+    }
+    LargePages(LargePages &&o) noexcept : data_(o.data_), size_(o.size_) { o.data_ = nullptr, o.size_ = 0; }
+    LargePages &operator=(LargePages &&o) noexcept {
+        std::swap(data_, o.data_), std::swap(size_, o.size_);
+        return *this;
+    }
+    ~LargePages() { std::free(data_); }
+    unsigned char *Data() const { return data_; }
+    size_t Size() const { return size_; }
+
+  private:
+    unsigned char *data_ = nullptr;
+    size_t size_ = 0;
+};
+//<
+
+//> The instruction sets by name
+struct IsaEntry {
+    std::string_view name;
+    const Kernel *kernel;
+    bool (*supported)();
+};
+const IsaEntry kIsas[] = {
+#ifdef CUTICLE_HAVE_X86_KERNELS
+    {"avx512", &kAvx512,
+     [] {
+         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+                __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
+                __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("fma");
+     }},
+    {"avx2", &kAvx2, [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }},
+#endif
+    {"sse2", &kSse2, [] { return true; }},
+};
+
+// The one that is asked for, or the widest.
+const Kernel *ChooseKernel(const std::string &option) {
+    std::string wanted = option;
+    std::string_view source = "the option isa";
+    if (wanted.empty())
+        if (const char *environment = std::getenv("CUTICLE_ISA")) {
+            wanted = environment;
+            source = "the environment's CUTICLE_ISA";
+        }
+    for (const IsaEntry &isa : kIsas) {
+        if (wanted.empty() ? isa.supported() : wanted == isa.name) {
+            if (!isa.supported())
+                throw Error("this processor cannot run \"" + wanted + "\", which " + std::string(source) +
+                            " asks for. Known are: sse2, avx2, avx512.");
+            return isa.kernel;
+        }
+    }
+    throw Error("unknown instruction set \"" + wanted + "\" in " + std::string(source) +
+                ". Known are: sse2, avx2, avx512.");
+}
+//<
+
+//> Boxes, four floats at a time
+typedef float Float4 __attribute__((vector_size(16)));
+struct Box {
+    Float4 lo{Infinity, Infinity, Infinity, Infinity}, hi{-Infinity, -Infinity, -Infinity, -Infinity};
+    void Extend(const Float4 &l, const Float4 &h) {
+        lo = lo < l ? lo : l;
+        hi = hi > h ? hi : h;
+    }
+    void Extend(const Box &b) { Extend(b.lo, b.hi); }
+    // Half the surface.
+    float Area() const {
+        const Float4 d = hi - lo;
+        return d[0] >= 0 ? d[0] * d[1] + d[1] * d[2] + d[2] * d[0] : 0;
+    }
+};
+// A piece of curve while the tree is built: its box, and in the fourth place of lo its number.
+struct Reference {
+    Float4 lo, hi;
+    uint32_t Piece() const { return std::bit_cast<uint32_t>(lo[3]); }
+    Float4 Center() const { return lo + hi; } // twice the centre
+};
+struct Range {
+    uint32_t first, count;
+    Box box;
+};
+//<
+
+//> The pieces of a segment
+// The matrix from a cubic's control points to those of its part [u0, u1], by blossoming: the new point i is the
+// blossom at 3 - i times u0 and i times u1, and a blossom is linear in the old points.
+void PieceMatrix(double u0, double u1, double *columns) {
+    for (int out = 0; out < 4; ++out) {
+        std::array<double, 4> weight{1, 0, 0, 0}; // Bernstein weights, one argument after another
+        for (int step = 0; step < 3; ++step) {
+            const double u = step < 3 - out ? u0 : u1;
+            std::array<double, 4> next{};
+            for (size_t i = 0; i <= static_cast<size_t>(step); ++i) {
+                next[i] += (1 - u) * weight[i];
+                next[i + 1] += u * weight[i];
+            }
+            weight = next;
+        }
+        for (size_t in = 0; in < 4; ++in)
+            columns[4 * in + static_cast<size_t>(out)] = weight[in];
+    }
+}
+
+struct PieceShape {
+    Vector3d p[4];
+    double radius; // half the largest width
+};
+PieceShape ShapeOfPiece(const CurveSegment &s, const double *columns, double u0, double u1) {
+    PieceShape shape;
+    for (size_t out = 0; out < 4; ++out) {
+        shape.p[out] = Vector3d();
+        for (size_t in = 0; in < 4; ++in)
+            shape.p[out] += Vector3d(s.cp[in]) * columns[4 * in + out];
+    }
+    const auto width = [&](double u) { return Lerp<double>(std::clamp(u, 0., 1.), s.width[0], s.width[1]); };
+    shape.radius = 0.5 * std::max({width(u0), width(u1), 0.});
+    return shape;
+}
+//<
+
+//> How far a piece strays from its chord
+// The distance to a line segment is a convex function, so a curve point's is at most the Bernstein mean of those of the
+// control points: the ends' are 0, and the inner two weigh at most 3/4 together.
+double DistanceToChord(const Vector3d &p, const Vector3d &a, const Vector3d &b) {
+    const Vector3d e = b - a;
+    const double e2 = e.LengthSquared();
+    const double s = e2 > 0 ? std::clamp(Dot(p - a, e) / e2, 0., 1.) : 0.;
+    return (p - (a + e * s)).Length();
+}
+double StrayFromChord(const PieceShape &shape) {
+    return 0.75 * std::max(DistanceToChord(shape.p[1], shape.p[0], shape.p[3]),
+                           DistanceToChord(shape.p[2], shape.p[0], shape.p[3]));
+}
+//<
+
+//> Build the tree
+class Builder {
+  public:
+    explicit Builder(std::vector<Reference> *references) : refs_(references->data()) {}
+    // The tree over the references, which it puts in order. A leaf's place is for now its first reference.
+    std::vector<Node> Build(uint32_t count) {
+        std::vector<Node> nodes;
+        Range root{0, count, BoxOf(0, count)};
+        BuildNode(root, 0, &nodes);
+        return nodes;
+    }
+
+  private:
+    static constexpr int kBins = 16;
+    static constexpr uint32_t kParallel = 1 << 14; // build children of at least so many pieces side by side
+    static constexpr uint32_t kParallelBin = 1 << 17; // and count so many pieces into bins in parallel
+    static constexpr int kMedianDepth = 48;           // below, halve by number: bounds the depth
+
+    struct Bins {
+        Box box[3][kBins];
+        uint32_t count[3][kBins] = {};
+        void Extend(const Bins &o) {
+            for (int c = 0; c < 3; ++c)
+                for (int i = 0; i < kBins; ++i)
+                    box[c][i].Extend(o.box[c][i]), count[c][i] += o.count[c][i];
+        }
+    };
+
+    Box BoxOf(uint32_t first, uint32_t count) const;
+    Box CenterBox(uint32_t first, uint32_t count) const;
+    Bins FillBins(const Range &range, const Float4 &origin, const Float4 &scale) const;
+    bool Split(const Range &range, bool byNumber, Range *left, Range *right);
+    void BuildNode(const Range &range, int depth, std::vector<Node> *nodes);
+
+    Reference *refs_;
+};
+//<
+
+//> What a leaf costs
+// In units of one visit to a node: the visit, and one step for each register of capsules.
+float LeafCost(uint32_t n) { return 0.5f + 0.5f * static_cast<float>((n + 7) / 8); }
+//<
+
+//> Sums over many pieces, in parallel where they are many
+template <typename Result, typename Add>
+Result Gather(uint32_t first, uint32_t count, uint32_t parallelFrom, const Add &add) {
+    if (count < parallelFrom) {
+        Result r;
+        add(first, first + count, &r);
+        return r;
+    }
+    // Least, greatest and counts do not depend on the order in which the parts are joined.
+    return tbb::parallel_reduce(
+        tbb::blocked_range<uint32_t>(first, first + count, 1 << 14), Result(),
+        [&](const tbb::blocked_range<uint32_t> &part, Result r) {
+            add(part.begin(), part.end(), &r);
+            return r;
+        },
+        [](Result a, const Result &b) {
+            a.Extend(b);
+            return a;
+        });
+}
+Box Builder::BoxOf(uint32_t first, uint32_t count) const {
+    return Gather<Box>(first, count, kParallelBin, [&](uint32_t begin, uint32_t end, Box *box) {
+        for (uint32_t i = begin; i < end; ++i)
+            box->Extend(refs_[i].lo, refs_[i].hi);
+    });
+}
+Box Builder::CenterBox(uint32_t first, uint32_t count) const {
+    return Gather<Box>(first, count, kParallelBin, [&](uint32_t begin, uint32_t end, Box *box) {
+        for (uint32_t i = begin; i < end; ++i)
+            box->Extend(refs_[i].Center(), refs_[i].Center());
+    });
+}
+//<
+
+//> Split a range where it is cheapest
+// The surface-area heuristic over bins of the pieces' centres, along each axis. False: one leaf is cheaper (only where
+// one leaf can hold them). Ranges of one centre, and all where byNumber is set, are halved by number.
+bool Builder::Split(const Range &range, bool byNumber, Range *left, Range *right) {
+    const uint32_t n = range.count, first = range.first;
+    const bool mayStay = n <= static_cast<uint32_t>(kLeafPieces);
+    if (n < 2)
+        return false;
+    uint32_t middle = first + n / 2;
+    const Box centers = CenterBox(first, n);
+    const Float4 extent = centers.hi - centers.lo;
+    if (!byNumber && std::max({extent[0], extent[1], extent[2]}) > 0) {
+        Float4 scale{};
+        for (int c = 0; c < 3; ++c)
+            scale[c] = extent[c] > 0 ? kBins * 0.99999f / extent[c] : 0;
+        //> Count pieces into bins
+        const Bins bins = Gather<Bins>(first, n, kParallelBin, [&](uint32_t begin, uint32_t end, Bins *b) {
+            for (uint32_t i = begin; i < end; ++i) {
+                const Reference &r = refs_[i];
+                const Float4 place = (r.Center() - centers.lo) * scale;
+                for (int c = 0; c < 3; ++c) {
+                    const int bin = std::min(static_cast<int>(place[c]), kBins - 1);
+                    b->box[c][bin].Extend(r.lo, r.hi);
+                    ++b->count[c][bin];
+                }
+            }
+        });
+        //<
+        //> Find the cheapest cut
+        float bestCost = Infinity;
+        int bestAxis = -1, bestBin = 0;
+        for (int c = 0; c < 3; ++c) {
+            if (!(extent[c] > 0))
+                continue;
+            std::array<float, kBins> rightCost{};
+            Box box;
+            uint32_t count = 0;
+            for (int i = kBins - 1; i > 0; --i) {
+                box.Extend(bins.box[c][i]);
+                count += bins.count[c][i];
+                rightCost[static_cast<size_t>(i)] = count ? box.Area() * LeafCost(count) : Infinity;
+            }
+            box = Box();
+            count = 0;
+            for (int i = 0; i + 1 < kBins; ++i) {
+                box.Extend(bins.box[c][i]);
+                count += bins.count[c][i];
+                const float cost =
+                    (count ? box.Area() * LeafCost(count) : Infinity) + rightCost[static_cast<size_t>(i) + 1];
+                if (cost < bestCost)
+                    bestCost = cost, bestAxis = c, bestBin = i;
+            }
+        }
+        //<
+        if (mayStay && !(bestCost < range.box.Area() * LeafCost(n)))
+            return false;
+        if (bestAxis >= 0) {
+            Reference *const split =
+                std::partition(refs_ + first, refs_ + first + n, [&](const Reference &r) {
+                    const Float4 place = (r.Center() - centers.lo) * scale;
+                    return std::min(static_cast<int>(place[bestAxis]), kBins - 1) <= bestBin;
+                });
+            middle = static_cast<uint32_t>(split - refs_);
+        }
+    } else if (mayStay) {
+        return false;
+    }
+    *left = {first, middle - first, BoxOf(first, middle - first)};
+    *right = {middle, first + n - middle, BoxOf(middle, first + n - middle)};
+    return true;
+}
+//<
+
+//> Fill a node with eight children
+// Split the largest child that should be split until there are eight, then go on below those too large for a leaf.
+void Builder::BuildNode(const Range &range, int depth, std::vector<Node> *nodes) {
+    std::array<Range, kWidth> child;
+    std::array<bool, kWidth> whole{}; // is better left whole
+    size_t count = 1;
+    child[0] = range;
+    while (count < kWidth) {
+        size_t largest = kWidth;
+        float area = -1;
+        for (size_t i = 0; i < count; ++i)
+            if (!whole[i] && child[i].box.Area() > area)
+                largest = i, area = child[i].box.Area();
+        if (largest == kWidth)
+            break;
+        Range left, right;
+        if (Split(child[largest], depth > kMedianDepth, &left, &right))
+            child[largest] = left, child[count++] = right;
+        else
+            whole[largest] = true;
+    }
+
+    //> Write the node
+    const size_t self = nodes->size();
+    nodes->emplace_back();
+    for (size_t i = 0; i < kWidth; ++i)
+        for (int c = 0; c < 3; ++c) {
+            Node &node = (*nodes)[self];
+            node.bounds[c][i] = i < count ? child[i].box.lo[c] : Infinity;
+            node.bounds[3 + c][i] = i < count ? child[i].box.hi[c] : -Infinity;
+            node.child[i] = 0;
+        }
+    //<
+
+    //> Build below it
+    std::array<std::vector<Node>, kWidth> below;
+    const auto isLeaf = [&](size_t i) { return child[i].count <= static_cast<uint32_t>(kLeafPieces); };
+    if (range.count >= kParallel)
+        tbb::parallel_for(size_t(0), count, [&](size_t i) {
+            if (!isLeaf(i))
+                BuildNode(child[i], depth + 1, &below[i]);
+        });
+    for (size_t i = 0; i < count; ++i) {
+        if (isLeaf(i)) {
+            (*nodes)[self].child[i] = kLeafBit | (child[i].count - 1) << kLeafCountShift | child[i].first;
+            continue;
+        }
+        const uint32_t base = static_cast<uint32_t>(nodes->size());
+        (*nodes)[self].child[i] = base;
+        if (below[i].empty()) {
+            BuildNode(child[i], depth + 1, nodes);
+            continue;
+        }
+        for (Node &node : below[i])
+            for (uint32_t &c : node.child)
+                c += c != 0 && !(c & kLeafBit) ? base : 0;
+        nodes->insert(nodes->end(), below[i].begin(), below[i].end());
+        below[i] = {};
+    }
+    //<
+}
+//<
+
+} // namespace
+
+//> What a curve set holds
+struct CurveSet::Data {
+    std::vector<CurveSegment> segments;
+    std::vector<CurveType> groupTypes;
+    std::vector<uint32_t> ribbonOf; // by segment; empty where there are no ribbons
+    std::vector<RibbonNormals> ribbonNormals;
+    LargePages nodes, leaves;
+    std::vector<double> pieceMatrix;
+    Bounds3f bounds;
+    size_t dropped = 0;
+    const Kernel *kernel = nullptr;
+    Tree tree;
+
+    void SortRibbons(const std::unordered_map<uint32_t, RibbonNormals> &ribbons);
+    std::vector<Reference> CutIntoPieces();
+    void WriteLeaves(std::vector<Node> *built, const std::vector<Reference> &references);
+};
+//<
+
+//> Keep the ribbons' normals
+// Those of segments that are ribbons, scaled to unit length; a normal without direction makes the ribbon a flat curve.
+void CurveSet::Data::SortRibbons(const std::unordered_map<uint32_t, RibbonNormals> &ribbons) {
+    for (const auto &[index, normals] : ribbons) {
+        if (index >= segments.size())
+            continue;
+        const uint32_t group = segments[index].group;
+        const float l0 = normals.n[0].Length(), l1 = normals.n[1].Length();
+        if (group >= groupTypes.size() || groupTypes[group] != CurveType::Ribbon || !(l0 > 0 && l1 > 0) ||
+            !std::isfinite(l0) || !std::isfinite(l1))
+            continue;
+        if (ribbonOf.empty())
+            ribbonOf.assign(segments.size(), kNoRibbon);
+        ribbonOf[index] = static_cast<uint32_t>(ribbonNormals.size());
+        ribbonNormals.push_back({{normals.n[0] / l0, normals.n[1] / l1}});
+    }
+}
+//<
+
+//> Cut the segments into pieces
+std::vector<Reference> CurveSet::Data::CutIntoPieces() {
+    const uint32_t pieces = 1u << tree.split;
+    for (uint32_t i = 0; i < pieces; ++i) {
+        const double share = 1.0 / pieces;
+        pieceMatrix.resize(pieceMatrix.size() + 16);
+        PieceMatrix(i * share - kPieceSlack, (i + 1) * share + kPieceSlack, &pieceMatrix[16 * size_t(i)]);
+    }
+    //> Which segments, and how large is the world?
+    std::vector<uint32_t> usable;
+    usable.reserve(segments.size());
+    float largest = 0;
+    for (uint32_t i = 0; i < segments.size(); ++i) {
+        const CurveSegment &s = segments[i];
+        if (!IsUsable(s)) {
+            ++dropped;
+            continue;
+        }
+        usable.push_back(i);
+        for (const Point3f &p : s.cp)
+            largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+        largest = std::max({largest, s.width[0], s.width[1]});
+    }
+    // Of a distance between two points of the bounds, computed in the ray's frame, about 20 roundings.
+    tree.slack = 2e-6f * largest;
+    const float padding = 1e-6f * largest;
+    //<
+
+    std::vector<Reference> references(usable.size() << tree.split);
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, usable.size(), 4096), [&](const auto &part) {
+        for (size_t i = part.begin(); i < part.end(); ++i)
+            for (uint32_t j = 0; j < pieces; ++j) {
+                const double u0 = double(j) / pieces - kPieceSlack, u1 = double(j + 1) / pieces + kPieceSlack;
+                const PieceShape shape =
+                    ShapeOfPiece(segments[usable[i]], &pieceMatrix[16 * size_t(j)], u0, u1);
+                const Vector3d lo = Min(Min(shape.p[0], shape.p[1]), Min(shape.p[2], shape.p[3]));
+                const Vector3d hi = Max(Max(shape.p[0], shape.p[1]), Max(shape.p[2], shape.p[3]));
+                Reference &r = references[(i << tree.split) + j];
+                for (int c = 0; c < 3; ++c) {
+                    r.lo[c] = static_cast<float>(lo[c] - shape.radius) - padding;
+                    r.hi[c] = static_cast<float>(hi[c] + shape.radius) + padding;
+                }
+                r.lo[3] = std::bit_cast<float>(usable[i] << tree.split | j);
+                r.hi[3] = 0;
+            }
+    });
+    return references;
+}
+//<
+
+//> Write the leaves
+void CurveSet::Data::WriteLeaves(std::vector<Node> *built, const std::vector<Reference> &references) {
+    //> Give each leaf its place
+    std::vector<uint32_t> first; // reference of each leaf, in the order of the nodes
+    uint32_t place = 0;
+    for (Node &node : *built)
+        for (uint32_t &c : node.child)
+            if (c & kLeafBit) {
+                const uint32_t n = ((c >> kLeafCountShift) & 15) + 1;
+                first.push_back(c & kLeafPlaceMask);
+                c = (c & ~kLeafPlaceMask) | place;
+                place += static_cast<uint32_t>((n * kLeafArrays * 4 + kLeafUnit - 1) / kLeafUnit);
+                if (place > kLeafPlaceMask)
+                    throw Error("too many curves for one set");
+            }
+    leaves = LargePages(place * kLeafUnit + kLeafPadding);
+    nodes = LargePages(built->size() * sizeof(Node));
+    std::memcpy(nodes.Data(), built->data(), built->size() * sizeof(Node));
+    //<
+
+    //> Fill them
+    std::vector<uint32_t> firstOfNode(built->size() + 1, 0);
+    for (size_t i = 0; i < built->size(); ++i) {
+        firstOfNode[i + 1] = firstOfNode[i];
+        for (const uint32_t c : (*built)[i].child)
+            firstOfNode[i + 1] += c >> 31;
+    }
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, built->size(), 256), [&](const auto &part) {
+        for (size_t i = part.begin(); i < part.end(); ++i) {
+            uint32_t leaf = firstOfNode[i];
+            for (const uint32_t c : (*built)[i].child) {
+                if (!(c & kLeafBit))
+                    continue;
+                const uint32_t n = ((c >> kLeafCountShift) & 15) + 1;
+                float *words =
+                    reinterpret_cast<float *>(leaves.Data() + kLeafUnit * size_t(c & kLeafPlaceMask));
+                for (uint32_t k = 0; k < n; ++k) {
+                    const uint32_t piece = references[first[leaf] + k].Piece();
+                    const uint32_t j = piece & ((1u << tree.split) - 1);
+                    const double share = 1.0 / (1 << tree.split);
+                    const PieceShape shape =
+                        ShapeOfPiece(segments[piece >> tree.split], &pieceMatrix[16 * size_t(j)],
+                                     j * share - kPieceSlack, (j + 1) * share + kPieceSlack);
+                    const Vector3d e = shape.p[3] - shape.p[0];
+                    for (int axis = 0; axis < 3; ++axis) {
+                        words[static_cast<uint32_t>(kP0x + axis) * n + k] =
+                            static_cast<float>(shape.p[0][axis]);
+                        words[static_cast<uint32_t>(kEx + axis) * n + k] = static_cast<float>(e[axis]);
+                    }
+                    words[kRadius * n + k] =
+                        static_cast<float>((shape.radius + StrayFromChord(shape)) * (1 + 1e-6));
+                    words[kPiece * n + k] = std::bit_cast<float>(piece);
+                }
+                ++leaf;
+            }
+        }
+    });
+    //<
+}
+//<
+
+//> Build the set
+namespace {
+// Two pieces for each segment cost about 85 bytes, four 160; the segment itself has 60.
+constexpr int kDefaultSplit = 2;
+} // namespace
+
+CurveSet::CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
+                   std::unordered_map<uint32_t, RibbonNormals> ribbons, const CurveSetOptions &options)
+    : data_(std::make_unique<Data>()) {
+    Data &d = *data_;
+    d.kernel = ChooseKernel(options.isa);
+    d.segments = std::move(segments);
+    d.groupTypes = std::move(groupTypes);
+    d.tree.split = std::clamp(options.split < 0 ? kDefaultSplit : options.split, 0, 3);
+    d.tree.selfReach = std::max(options.selfReach, 0.f);
+    if (d.segments.size() << d.tree.split > kLeafPlaceMask)
+        throw Error("too many curves for one set: " + std::to_string(d.segments.size()));
+    d.SortRibbons(ribbons);
+    std::vector<Reference> references = d.CutIntoPieces();
+    if (references.empty())
+        return;
+    std::vector<Node> built = Builder(&references).Build(static_cast<uint32_t>(references.size()));
+    d.WriteLeaves(&built, references);
+
+    //> Hand the tree to the kernel
+    Box all;
+    for (size_t i = 0; i < kWidth; ++i)
+        if (built[0].child[i] != 0)
+            all.Extend(Float4{built[0].bounds[0][i], built[0].bounds[1][i], built[0].bounds[2][i], 0},
+                       Float4{built[0].bounds[3][i], built[0].bounds[4][i], built[0].bounds[5][i], 0});
+    d.bounds.Extend({{all.lo[0], all.lo[1], all.lo[2]}, {all.hi[0], all.hi[1], all.hi[2]}});
+    for (int c = 0; c < 3; ++c)
+        d.tree.bounds[c] = all.lo[c], d.tree.bounds[3 + c] = all.hi[c];
+    d.tree.nodes = reinterpret_cast<const Node *>(d.nodes.Data());
+    d.tree.leaves = d.leaves.Data();
+    d.tree.segments = reinterpret_cast<const float *>(d.segments.data());
+    d.tree.segmentCount = static_cast<uint32_t>(d.segments.size());
+    d.tree.pieceMatrix = d.pieceMatrix.data();
+    if (!d.ribbonOf.empty()) {
+        d.tree.ribbonOf = d.ribbonOf.data();
+        d.tree.ribbonNormals = &d.ribbonNormals[0].n[0].x;
+    }
+    //<
+}
+//<
+
+//> Ask the kernel
+namespace {
+Query MakeQuery(const Ray &ray, const CurveOrigin *origin) {
+    Query q{{ray.o.x, ray.o.y, ray.o.z}, {ray.d.x, ray.d.y, ray.d.z}, ray.tMin, ray.tMax};
+    if (origin)
+        q.originSegment = origin->segment, q.originU = std::clamp(origin->u, 0.f, 1.f);
+    return q;
+}
+} // namespace
+
+bool CurveSet::Intersect(const Ray &ray, const CurveOrigin *origin, CurveHit *hit) const {
+    Answer answer;
+    if (!data_->kernel->intersect(data_->tree, MakeQuery(ray, origin), &answer))
+        return false;
+    *hit = {answer.t, answer.u, answer.v, answer.segment};
+    return true;
+}
+bool CurveSet::Occluded(const Ray &ray, const CurveOrigin *origin) const {
+    return data_->kernel->occluded(data_->tree, MakeQuery(ray, origin));
+}
+CurveSurface CurveSet::Surface(const Ray &ray, const CurveHit &hit) const {
+    return MakeCurveSurface(Segment(hit.segment), Type(hit.segment), Ribbon(hit.segment), ray, hit);
+}
+//<
+
+//> What it holds
+CurveSet::CurveSet() : CurveSet({}, {}) {}
+CurveSet::~CurveSet() = default;
+CurveSet::CurveSet(CurveSet &&) noexcept = default;
+CurveSet &CurveSet::operator=(CurveSet &&) noexcept = default;
+
+Bounds3f CurveSet::WorldBound() const { return data_->bounds; }
+size_t CurveSet::SegmentCount() const { return data_->segments.size(); }
+size_t CurveSet::DroppedSegments() const { return data_->dropped; }
+size_t CurveSet::MemoryBytes() const {
+    return data_->segments.capacity() * sizeof(CurveSegment) + data_->groupTypes.capacity() +
+           data_->ribbonOf.capacity() * sizeof(uint32_t) +
+           data_->ribbonNormals.capacity() * sizeof(RibbonNormals) + data_->nodes.Size() +
+           data_->leaves.Size() + data_->pieceMatrix.capacity() * sizeof(double) + sizeof(Data);
+}
+const CurveSegment &CurveSet::Segment(uint32_t i) const { return data_->segments[i]; }
+CurveType CurveSet::Type(uint32_t i) const {
+    const uint32_t group = data_->segments[i].group;
+    return group < data_->groupTypes.size() ? data_->groupTypes[group] : CurveType::Flat;
+}
+const RibbonNormals *CurveSet::Ribbon(uint32_t i) const {
+    if (data_->ribbonOf.empty() || data_->ribbonOf[i] == kNoRibbon)
+        return nullptr;
+    return &data_->ribbonNormals[data_->ribbonOf[i]];
+}
+const char *CurveSet::Isa() const { return data_->kernel->name; }
+
+const char *CurveSetIsa() { return ChooseKernel("")->name; }
+bool CurveSetIsaSupported(const std::string &isa) {
+    for (const IsaEntry &entry : kIsas)
+        if (entry.name == isa)
+            return entry.supported();
+    return false;
+}
+//<
+
+} // namespace cuticle
+//<

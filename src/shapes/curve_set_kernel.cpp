@@ -1,0 +1,650 @@
+//> Rays against a curve set, in lanes
+// One text for all instruction sets: CUTICLE_KERNEL names the result, CUTICLE_LANES says how many floats a register
+// holds. Everything but the table at the end has internal linkage.
+#include "shapes/curve_set_kernel.h"
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace cuticle::curve_kernel {
+namespace {
+
+//> Registers
+#define CUTICLE_INLINE [[gnu::always_inline]] inline
+
+constexpr int kLanes = CUTICLE_LANES;
+
+template <int N>
+struct Pack {
+    typedef float F __attribute__((vector_size(4 * N)));
+    typedef int32_t I __attribute__((vector_size(4 * N)));
+};
+using Lanes = Pack<kLanes>::F;
+// Boxes come eight at a time; a narrower register takes them in two steps.
+constexpr int kBoxLanes = kLanes < kWidth ? kLanes : kWidth;
+using BoxLanes = Pack<kBoxLanes>::F;
+// Control points come four at a time.
+typedef double Double4 __attribute__((vector_size(32)));
+
+template <typename F>
+CUTICLE_INLINE F Load(const float *p) {
+    F v;
+    __builtin_memcpy(&v, p, sizeof(v));
+    return v;
+}
+template <typename F>
+CUTICLE_INLINE F Fill(float x) {
+    return x - F{};
+}
+//<
+
+//> Minimum, maximum and masks
+template <typename F>
+CUTICLE_INLINE F Least(F a, F b) {
+    return a < b ? a : b;
+}
+template <typename F>
+CUTICLE_INLINE F Greatest(F a, F b) {
+    return a > b ? a : b;
+}
+// One bit for each lane whose mask is set.
+template <typename I>
+CUTICLE_INLINE uint32_t Bits(I mask) {
+    if constexpr (false) {
+    }
+#if defined(__SSE2__)
+    else if constexpr (sizeof(I) == 16)
+        return static_cast<uint32_t>(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
+#endif
+#if defined(__AVX__)
+    else if constexpr (sizeof(I) == 32)
+        return static_cast<uint32_t>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+#endif
+#if defined(__AVX512F__)
+    else if constexpr (sizeof(I) == 64)
+        return _mm512_cmplt_epi32_mask(reinterpret_cast<__m512i>(mask), _mm512_setzero_si512());
+#endif
+    else {
+        uint32_t bits = 0;
+        for (unsigned i = 0; i < sizeof(I) / 4; ++i)
+            bits |= (mask[i] != 0 ? 1u : 0u) << i;
+        return bits;
+    }
+}
+#if defined(__SSE2__)
+template <>
+CUTICLE_INLINE __m128 Least(__m128 a, __m128 b) {
+    return _mm_min_ps(a, b);
+}
+template <>
+CUTICLE_INLINE __m128 Greatest(__m128 a, __m128 b) {
+    return _mm_max_ps(a, b);
+}
+#endif
+#if defined(__AVX__)
+template <>
+CUTICLE_INLINE __m256 Least(__m256 a, __m256 b) {
+    return _mm256_min_ps(a, b);
+}
+template <>
+CUTICLE_INLINE __m256 Greatest(__m256 a, __m256 b) {
+    return _mm256_max_ps(a, b);
+}
+#endif
+#if defined(__AVX512F__)
+template <>
+CUTICLE_INLINE __m512 Least(__m512 a, __m512 b) {
+    return _mm512_maskz_min_ps(0xffff, a, b); // the form without a mask warns of its own register in g++ 12
+}
+template <>
+CUTICLE_INLINE __m512 Greatest(__m512 a, __m512 b) {
+    return _mm512_maskz_max_ps(0xffff, a, b);
+}
+#endif
+//<
+
+//> A ray made ready
+struct Traveller {
+    // In double precision: the ray's own origin, a frame whose z is its direction, and the length of the direction.
+    // Along the ray everything is measured in distances, which are t times that length.
+    double o[3], x[3], y[3], z[3];
+    double length;
+    double nearest, farthest; // between which a hit may lie; farthest shrinks
+    // In single precision, for boxes and capsules: the origin moved up to the bounds, by `shift`.
+    float of[3], xf[3], yf[3], zf[3], inverse[3];
+    int isNegative[3];
+    double shift;
+    float nearestf, farthestf;
+    // Where it starts on a curve.
+    uint32_t originSegment;
+    double originU, selfDistance, originRadius;
+};
+
+CUTICLE_INLINE double Dot(const double *a, const double *b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+CUTICLE_INLINE float RoundDown(double x) { return static_cast<float>(x - 4e-7 * __builtin_fabs(x)); }
+CUTICLE_INLINE float RoundUp(double x) { return static_cast<float>(x + 4e-7 * __builtin_fabs(x)); }
+//<
+
+//> How far a ray must go to be clear of the hair it leaves
+// The ray starts on a ribbon through the hair's axis, at most a radius r from it, and has left the hair, seen as a tube,
+// after r / sin(theta), theta between ray and hair. The ribbon that the new ray sees passes through the same axis: the
+// ray meets it within that distance, and this is the false hit to be ignored.
+CUTICLE_INLINE double SelfDistance(const Tree &tree, const Query &query, const double *z, double *radius) {
+    const float *s = tree.segments + kSegmentWords * query.originSegment;
+    const double u = query.originU;
+    double tangent[3];
+    for (int c = 0; c < 3; ++c) {
+        const double d0 = double(s[3 + c]) - s[c], d1 = double(s[6 + c]) - s[3 + c],
+                     d2 = double(s[9 + c]) - s[6 + c];
+        tangent[c] = (1 - u) * ((1 - u) * d0 + 2 * u * d1) + u * u * d2;
+    }
+    const double length2 = Dot(tangent, tangent), along = Dot(tangent, z);
+    const double sin2 = length2 > 0 ? 1 - along * along / length2 : 1;
+    *radius = 0.5 * ((1 - u) * s[12] + u * s[13]);
+    return tree.selfReach * *radius / __builtin_sqrt(sin2 > 1e-8 ? sin2 : 1e-8);
+}
+//<
+
+//> Make the ray ready
+// False: it meets nothing.
+CUTICLE_INLINE bool Start(const Tree &tree, const Query &q, Traveller *r) {
+    double d2 = 0;
+    for (int c = 0; c < 3; ++c) {
+        r->o[c] = q.o[c];
+        d2 += double(q.d[c]) * q.d[c];
+    }
+    r->length = __builtin_sqrt(d2);
+    if (!(d2 > 0 && d2 < 1e300 && __builtin_fabs(r->o[0] + r->o[1] + r->o[2]) < 1e300 && q.tMin < q.tMax))
+        return false;
+    for (int c = 0; c < 3; ++c)
+        r->z[c] = q.d[c] / r->length;
+    // The frame of Duff et al. 2017 (Building an Orthonormal Basis, Revisited).
+    const double sign = r->z[2] < 0 ? -1 : 1, a = -1 / (sign + r->z[2]), b = r->z[0] * r->z[1] * a;
+    r->x[0] = 1 + sign * r->z[0] * r->z[0] * a, r->x[1] = sign * b, r->x[2] = -sign * r->z[0];
+    r->y[0] = b, r->y[1] = sign + r->z[1] * r->z[1] * a, r->y[2] = -r->z[1];
+
+    //> Clip it to the bounds and move its origin there
+    double enter = 0, leave = 1e300;
+    r->nearest = q.tMin * r->length;
+    r->farthest = q.tMax * r->length;
+    enter = r->nearest;
+    leave = r->farthest;
+    for (int c = 0; c < 3; ++c) {
+        const double d = __builtin_fabs(r->z[c]) > 1e-20 ? r->z[c] : __builtin_copysign(1e-20, r->z[c]);
+        const double t0 = (tree.bounds[c] - r->o[c]) / d, t1 = (tree.bounds[3 + c] - r->o[c]) / d;
+        enter = enter > (t0 < t1 ? t0 : t1) ? enter : (t0 < t1 ? t0 : t1);
+        leave = leave < (t0 < t1 ? t1 : t0) ? leave : (t0 < t1 ? t1 : t0);
+        r->inverse[c] = static_cast<float>(1 / d);
+        r->isNegative[c] = d < 0;
+    }
+    if (!(enter <= leave))
+        return false;
+    r->shift = enter;
+    for (int c = 0; c < 3; ++c) {
+        r->of[c] = static_cast<float>(r->o[c] + enter * r->z[c]);
+        r->xf[c] = static_cast<float>(r->x[c]);
+        r->yf[c] = static_cast<float>(r->y[c]);
+        r->zf[c] = static_cast<float>(r->z[c]);
+    }
+    r->nearestf = RoundDown(r->nearest - r->shift) - tree.slack;
+    r->farthestf = RoundUp(leave - r->shift) + tree.slack;
+    //<
+
+    r->originSegment = q.originSegment;
+    r->originU = q.originU;
+    r->selfDistance = r->originRadius = 0;
+    if (q.originSegment < tree.segmentCount)
+        r->selfDistance = SelfDistance(tree, q, r->z, &r->originRadius);
+    else
+        r->originSegment = kNoSegment;
+    return true;
+}
+//<
+
+//> Is it the strand that the ray left?
+// The length of a segment's control polygon: no less than the length of the curve.
+CUTICLE_INLINE double PolygonLength(const float *s) {
+    double sum = 0;
+    for (int i = 0; i < 9; i += 3) {
+        const double d[3] = {double(s[i + 3]) - s[i], double(s[i + 4]) - s[i + 1],
+                             double(s[i + 5]) - s[i + 2]};
+        sum += __builtin_sqrt(Dot(d, d));
+    }
+    return sum;
+}
+
+// Asked only of hits nearer than selfDistance. Walks along the strand from the segment that the ray left to the one it
+// hit, as long as end meets beginning, and adds up the way.
+[[gnu::noinline]] bool IsOwnStrand(const Tree &tree, const Traveller &r, uint32_t segment, double u,
+                                   double t) {
+    const double farthest = 2 * (t > 0 ? t : 0) + 4 * r.originRadius;
+    const bool forward = segment > r.originSegment;
+    uint32_t at = r.originSegment;
+    double way = -(forward ? r.originU : 1 - r.originU) * PolygonLength(tree.segments + kSegmentWords * at);
+    if (segment == at)
+        return __builtin_fabs(u - r.originU) * PolygonLength(tree.segments + kSegmentWords * at) <= farthest;
+    while (at != segment) {
+        const float *s = tree.segments + kSegmentWords * at;
+        way += PolygonLength(s);
+        if (way > farthest)
+            return false;
+        const uint32_t next = forward ? at + 1 : at - 1;
+        const float *n = tree.segments + kSegmentWords * next;
+        for (int c = 0; c < 3; ++c)
+            if (!(forward ? s[9 + c] == n[c] : s[c] == n[9 + c]))
+                return false;
+        at = next;
+    }
+    way += (forward ? u : 1 - u) * PolygonLength(tree.segments + kSegmentWords * at);
+    return way <= farthest;
+}
+//<
+
+//> A piece of curve, seen along the ray
+// Coordinates in the ray's frame, relative to its origin: across it a and b, along it z. As Bezier control points and,
+// for a and b, as powers of the piece's own parameter s.
+struct Piece {
+    Double4 a, b, z;
+    double a1, a2, a3, b1, b2, b3;
+    double u0, du; // u = u0 + s du
+    const float *segment;
+    uint32_t index;
+};
+
+// The nearest hit so far on this piece.
+struct Best {
+    double t;
+    double u, v;
+    bool found;
+};
+//<
+
+//> Accept a root
+// s: where C.C' = 0. Takes it if the ray passes within half the width there, and nearer than what was found before.
+CUTICLE_INLINE void AcceptRoot(const Tree &tree, const Traveller &r, const Piece &p, double s, Best *best) {
+    const double a = p.a[0] + s * (p.a1 + s * (p.a2 + s * p.a3));
+    const double b = p.b[0] + s * (p.b1 + s * (p.b2 + s * p.b3));
+    const double u = p.u0 + s * p.du;
+    const double uc = u < 0 ? 0 : u > 1 ? 1 : u;
+    double width = (1 - uc) * p.segment[12] + uc * p.segment[13];
+    //> Narrow a ribbon by its angle to the ray
+    if (tree.ribbonOf && tree.ribbonOf[p.index] != kNoRibbon) {
+        const float *n = tree.ribbonNormals + 6 * size_t(tree.ribbonOf[p.index]);
+        const double n0[3] = {n[0], n[1], n[2]}, n1[3] = {n[3], n[4], n[5]};
+        double cosine = Dot(n0, n1);
+        cosine = cosine > 1 ? 1 : cosine < -1 ? -1 : cosine;
+        const double angle = __builtin_acos(cosine), sine = __builtin_sin(angle);
+        const double w0 = sine > 1e-4 ? __builtin_sin((1 - uc) * angle) / sine : 1 - uc;
+        const double w1 = sine > 1e-4 ? __builtin_sin(uc * angle) / sine : uc;
+        width *= __builtin_fabs(w0 * Dot(n0, r.z) + w1 * Dot(n1, r.z));
+    }
+    //<
+    const double distance2 = a * a + b * b;
+    if (!(distance2 <= 0.25 * width * width && width > 0))
+        return;
+    const double q = 1 - s;
+    const double z = q * q * (q * p.z[0] + 3 * s * p.z[1]) + s * s * (3 * q * p.z[2] + s * p.z[3]);
+    if (!(z > r.nearest && z < r.farthest && z < best->t))
+        return;
+    if (z <= r.selfDistance && r.originSegment != kNoSegment && IsOwnStrand(tree, r, p.index, uc, z))
+        return;
+    const double da = p.a1 + s * (2 * p.a2 + s * 3 * p.a3), db = p.b1 + s * (2 * p.b2 + s * 3 * p.b3);
+    const double side = __builtin_copysign(__builtin_sqrt(distance2), a * db - b * da);
+    best->t = z;
+    best->u = uc;
+    best->v = 0.5 + side / width;
+    best->found = true;
+}
+//<
+
+//> Find the one root between two signs
+// f0: the sign of C.C' at lo; the other at hi. Newton's method, kept between them by bisection.
+CUTICLE_INLINE double FindRoot(const Piece &p, double lo, double hi, bool rising, double s) {
+    for (int i = 0; i < 60; ++i) {
+        const double a = p.a[0] + s * (p.a1 + s * (p.a2 + s * p.a3));
+        const double b = p.b[0] + s * (p.b1 + s * (p.b2 + s * p.b3));
+        const double da = p.a1 + s * (2 * p.a2 + s * 3 * p.a3), db = p.b1 + s * (2 * p.b2 + s * 3 * p.b3);
+        const double dda = 2 * p.a2 + s * 6 * p.a3, ddb = 2 * p.b2 + s * 6 * p.b3;
+        const double f = a * da + b * db, df = da * da + db * db + a * dda + b * ddb;
+        if ((f < 0) == rising)
+            lo = s;
+        else
+            hi = s;
+        double next = s - f / df;
+        if (!(next > lo && next < hi)) {
+            if (hi - lo < 1e-14 || f == 0)
+                return s;
+            next = 0.5 * (lo + hi);
+        }
+        const double step = next - s;
+        s = next;
+        // The next step would be about the square of this one, and the distance changes with its square again.
+        if (__builtin_fabs(step) < 2e-6)
+            break;
+    }
+    return s;
+}
+//<
+
+//> Count the changes of sign
+// Of the Bernstein coefficients of C.C'. There are no more roots than that, and fewer by an even number (Descartes).
+CUTICLE_INLINE int SignChanges(const double *f) {
+    uint32_t negative = 0, positive = 0;
+    for (int i = 0; i < 6; ++i) {
+        negative |= (f[i] < 0 ? 1u : 0u) << i;
+        positive |= (f[i] > 0 ? 1u : 0u) << i;
+    }
+    if (negative == 0 || positive == 0)
+        return 0;
+    if ((negative | positive) == 63)
+        return __builtin_popcount((negative ^ (negative >> 1)) & 31);
+    int changes = 0, last = 0;
+    for (int i = 0; i < 6; ++i) {
+        const int sign = f[i] > 0 ? 1 : f[i] < 0 ? -1 : 0;
+        changes += sign * last < 0;
+        last = sign != 0 ? sign : last;
+    }
+    return changes;
+}
+//<
+
+//> Find all roots where there may be several
+// A piece seen nearly along itself, or bent round the ray. Halve until each part has one root or none, or is out of
+// reach. Rare, so it is written for safety.
+[[gnu::noinline]] void FindSeveralRoots(const Tree &tree, const Traveller &r, const Piece &p,
+                                        const double *coefficients, Best *best) {
+    struct Part {
+        double f[6], lo, hi;
+    };
+    constexpr int kDeepest = 34;
+    Part stack[kDeepest + 2];
+    int top = 0;
+    for (int i = 0; i < 6; ++i)
+        stack[0].f[i] = coefficients[i];
+    stack[0].lo = 0, stack[0].hi = 1;
+    top = 1;
+
+    double speed = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double da = p.a[i + 1] - p.a[i], db = p.b[i + 1] - p.b[i], d2 = da * da + db * db;
+        speed = d2 > speed ? d2 : speed;
+    }
+    speed = 3 * __builtin_sqrt(speed);
+    const double radius = 0.5 * (p.segment[12] > p.segment[13] ? p.segment[12] : p.segment[13]);
+
+    while (top > 0) {
+        const Part part = stack[--top];
+        const int changes = SignChanges(part.f);
+        if (changes == 0)
+            continue;
+        const double half = 0.5 * (part.hi - part.lo), mid = part.lo + half;
+        if (changes == 1) {
+            // The first coefficient that is not 0 has the sign on the left.
+            int first = 0;
+            while (part.f[first] == 0)
+                ++first;
+            AcceptRoot(tree, r, p, FindRoot(p, part.lo, part.hi, part.f[first] < 0, mid), best);
+            continue;
+        }
+        //> Leave out a part that is out of the ray's reach
+        const double a = p.a[0] + mid * (p.a1 + mid * (p.a2 + mid * p.a3));
+        const double b = p.b[0] + mid * (p.b1 + mid * (p.b2 + mid * p.b3));
+        const double reach = radius + speed * half;
+        if (a * a + b * b > reach * reach)
+            continue;
+        //<
+        if (half < 1e-10 || top + 2 > kDeepest) {
+            AcceptRoot(tree, r, p, mid, best);
+            continue;
+        }
+        //> Halve the part by de Casteljau's algorithm
+        Part &left = stack[top], &right = stack[top + 1];
+        double f[6];
+        for (int i = 0; i < 6; ++i)
+            f[i] = part.f[i];
+        for (int i = 0; i < 6; ++i) {
+            left.f[i] = f[0];
+            right.f[5 - i] = f[5 - i];
+            for (int j = 0; j < 5 - i; ++j)
+                f[j] = 0.5 * (f[j] + f[j + 1]);
+        }
+        left.lo = part.lo, left.hi = right.lo = mid, right.hi = part.hi;
+        top += 2;
+        if (left.f[5] == 0) // a root at the cut would be seen by neither half
+            AcceptRoot(tree, r, p, mid, best);
+        //<
+    }
+}
+//<
+
+//> Meet one piece
+CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t piece, Best *best) {
+    Piece p;
+    p.index = piece >> tree.split;
+    const float *s = tree.segments + kSegmentWords * size_t(p.index);
+    p.segment = s;
+    const uint32_t part = piece & ((1u << tree.split) - 1);
+    const double share = 1.0 / (1 << tree.split);
+    p.u0 = part * share - kPieceSlack;
+    p.du = share + 2 * kPieceSlack;
+
+    //> The segment in the ray's frame
+    const Double4 cx = Double4{s[0], s[3], s[6], s[9]} - r.o[0];
+    const Double4 cy = Double4{s[1], s[4], s[7], s[10]} - r.o[1];
+    const Double4 cz = Double4{s[2], s[5], s[8], s[11]} - r.o[2];
+    const Double4 a = cx * r.x[0] + cy * r.x[1] + cz * r.x[2];
+    const Double4 b = cx * r.y[0] + cy * r.y[1] + cz * r.y[2];
+    const Double4 z = cx * r.z[0] + cy * r.z[1] + cz * r.z[2];
+    //<
+
+    //> The piece of it
+    const double *m = tree.pieceMatrix + 16 * part;
+    Double4 column[4];
+    __builtin_memcpy(column, m, sizeof(column));
+    p.a = column[0] * a[0] + column[1] * a[1] + column[2] * a[2] + column[3] * a[3];
+    p.b = column[0] * b[0] + column[1] * b[1] + column[2] * b[2] + column[3] * b[3];
+    p.z = column[0] * z[0] + column[1] * z[1] + column[2] * z[2] + column[3] * z[3];
+    //<
+
+    //> The Bernstein coefficients of $C \cdot C'$
+    double pa[4], pb[4], da[3], db[3];
+    for (int i = 0; i < 4; ++i)
+        pa[i] = p.a[i], pb[i] = p.b[i];
+    for (int i = 0; i < 3; ++i)
+        da[i] = pa[i + 1] - pa[i], db[i] = pb[i + 1] - pb[i];
+    const auto dot = [&](int i, int j) __attribute__((always_inline)) {
+        return pa[i] * da[j] + pb[i] * db[j];
+    };
+    const double f[6] = {dot(0, 0),
+                         0.2 * (2 * dot(0, 1) + 3 * dot(1, 0)),
+                         0.1 * (dot(0, 2) + 6 * dot(1, 1) + 3 * dot(2, 0)),
+                         0.1 * (3 * dot(1, 2) + 6 * dot(2, 1) + dot(3, 0)),
+                         0.2 * (3 * dot(2, 2) + 2 * dot(3, 1)),
+                         dot(3, 2)};
+    const int changes = SignChanges(f);
+    if (changes == 0)
+        return;
+    //<
+
+    //> The piece as powers of s
+    p.a1 = 3 * da[0], p.a2 = 3 * (da[1] - da[0]), p.a3 = pa[3] - pa[0] - 3 * (pa[2] - pa[1]);
+    p.b1 = 3 * db[0], p.b2 = 3 * (db[1] - db[0]), p.b3 = pb[3] - pb[0] - 3 * (pb[2] - pb[1]);
+    //<
+
+    if (changes > 1) {
+        FindSeveralRoots(tree, r, p, f, best);
+        return;
+    }
+    //> One root: begin at the chord's nearest point
+    const double ea = pa[3] - pa[0], eb = pb[3] - pb[0], e2 = ea * ea + eb * eb;
+    double guess = -(pa[0] * ea + pb[0] * eb) / e2;
+    guess = guess > 0 ? (guess < 1 ? guess : 1) : 0;
+    AcceptRoot(tree, r, p, FindRoot(p, 0, 1, f[0] < 0 || (f[0] == 0 && f[5] > 0), guess), best);
+    //<
+}
+//<
+
+//> Which capsules of a leaf does the ray pass?
+// One bit for each piece of the group whose capsule the ray meets between nearest and farthest.
+CUTICLE_INLINE uint32_t MeetCapsules(const float *leaf, int n, const Traveller &r, float slack) {
+    using F = Lanes;
+    const F px = Load<F>(leaf + kP0x * n) - r.of[0], py = Load<F>(leaf + kP0y * n) - r.of[1],
+            pz = Load<F>(leaf + kP0z * n) - r.of[2];
+    const F ex = Load<F>(leaf + kEx * n), ey = Load<F>(leaf + kEy * n), ez = Load<F>(leaf + kEz * n);
+    const F radius = Load<F>(leaf + kRadius * n) + slack;
+    //> Chord and ray, across and along
+    const F pa = px * r.xf[0] + py * r.xf[1] + pz * r.xf[2], ea = ex * r.xf[0] + ey * r.xf[1] + ez * r.xf[2];
+    const F pb = px * r.yf[0] + py * r.yf[1] + pz * r.yf[2], eb = ex * r.yf[0] + ey * r.yf[1] + ez * r.yf[2];
+    const F pc = px * r.zf[0] + py * r.zf[1] + pz * r.zf[2], ec = ex * r.zf[0] + ey * r.zf[1] + ez * r.zf[2];
+    //<
+    //> The chord's point nearest to the ray
+    const F zero = Fill<F>(0.f), one = Fill<F>(1.f);
+    const F s = Least(Greatest(-(pa * ea + pb * eb) / (ea * ea + eb * eb + 1e-37f), zero), one);
+    const F a = pa + s * ea, b = pb + s * eb;
+    //<
+    const F front = Least(pc, pc + ec) - radius, back = Greatest(pc, pc + ec) + radius;
+    const auto meets = (a * a + b * b <= radius * radius) & (front <= r.farthestf) & (back >= r.nearestf);
+    return Bits(meets);
+}
+//<
+
+//> Meet a leaf
+// True: some piece was hit (for any-hit rays the search ends there).
+template <bool Any>
+CUTICLE_INLINE bool MeetLeaf(const Tree &tree, Traveller *r, uint32_t leafRef, Answer *answer) {
+    const int n = static_cast<int>((leafRef >> kLeafCountShift) & 15) + 1;
+    const unsigned char *data = tree.leaves + kLeafUnit * size_t(leafRef & kLeafPlaceMask);
+    const float *words = reinterpret_cast<const float *>(data);
+    uint32_t bits = 0;
+    for (int first = 0; first < n; first += kLanes)
+        bits |= MeetCapsules(words + first, n, *r, tree.slack) << first;
+    bits &= (2u << (n - 1)) - 1;
+    bool hit = false;
+    while (bits != 0) {
+        const int i = __builtin_ctz(bits);
+        bits &= bits - 1;
+        uint32_t piece;
+        __builtin_memcpy(&piece, data + 4 * (kPiece * n + i), 4);
+        Best best{r->farthest, 0, 0, false};
+        MeetPiece(tree, *r, piece, &best);
+        if (!best.found)
+            continue;
+        hit = true;
+        if constexpr (Any)
+            return true;
+        //> Remember the hit and shorten the ray
+        r->farthest = best.t;
+        r->farthestf = RoundUp(best.t - r->shift) + tree.slack;
+        answer->t = static_cast<float>(best.t / r->length);
+        answer->u = static_cast<float>(best.u);
+        answer->v = static_cast<float>(best.v < 0 ? 0 : best.v > 1 ? 1 : best.v);
+        answer->segment = piece >> tree.split;
+        //<
+    }
+    return hit;
+}
+//<
+
+//> Which children does the ray enter?
+// One bit for each; enter[i]: where.
+CUTICLE_INLINE uint32_t MeetBoxes(const Node &node, const Traveller &r, float *enter) {
+    using F = BoxLanes;
+    uint32_t bits = 0;
+    for (int i = 0; i < kWidth; i += kBoxLanes) {
+        F in = Fill<F>(r.nearestf), out = Fill<F>(r.farthestf);
+        for (int c = 0; c < 3; ++c) {
+            const F lo = Load<F>(node.bounds[r.isNegative[c] ? 3 + c : c] + i);
+            const F hi = Load<F>(node.bounds[r.isNegative[c] ? c : 3 + c] + i);
+            in = Greatest<F>((lo - r.of[c]) * r.inverse[c], in);
+            out = Least<F>((hi - r.of[c]) * r.inverse[c], out);
+        }
+        __builtin_memcpy(enter + i, &in, sizeof(in));
+        bits |= Bits(in <= out) << i;
+    }
+    return bits;
+}
+//<
+
+//> Walk down the tree
+template <bool Any>
+CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
+    Traveller r;
+    if (tree.nodes == nullptr || !Start(tree, query, &r))
+        return false;
+    struct Waiting {
+        uint32_t child;
+        float enter;
+    };
+    Waiting stack[kMaxDepth * (kWidth - 1) + 1];
+    int top = 0;
+    uint32_t at = 0;
+    bool hit = false;
+    for (;;) {
+        if (at & kLeafBit) {
+            if (MeetLeaf<Any>(tree, &r, at, answer)) {
+                hit = true;
+                if constexpr (Any)
+                    return true;
+            }
+        } else {
+            //> Enter a node: the nearest child next, the others wait in order
+            const Node &node = tree.nodes[at];
+            alignas(64) float enter[kWidth];
+            uint32_t bits = MeetBoxes(node, r, enter);
+            if (bits != 0) {
+                int i = __builtin_ctz(bits);
+                bits &= bits - 1;
+                Waiting nearest{node.child[i], enter[i]};
+                const int bottom = top;
+                while (bits != 0) {
+                    i = __builtin_ctz(bits);
+                    bits &= bits - 1;
+                    Waiting next{node.child[i], enter[i]};
+                    if (next.enter < nearest.enter) {
+                        const Waiting swap = nearest;
+                        nearest = next;
+                        next = swap;
+                    }
+                    int place = top++;
+                    while (place > bottom && stack[place - 1].enter < next.enter) {
+                        stack[place] = stack[place - 1];
+                        --place;
+                    }
+                    stack[place] = next;
+                }
+                at = nearest.child;
+                continue;
+            }
+            //<
+        }
+        //> Take the nearest that waits
+        do {
+            if (top == 0)
+                return hit;
+            --top;
+        } while (stack[top].enter > r.farthestf);
+        at = stack[top].child;
+        //<
+    }
+}
+//<
+
+bool Intersect(const Tree &tree, const Query &query, Answer *answer) {
+    return Walk<false>(tree, query, answer);
+}
+bool Occluded(const Tree &tree, const Query &query) { return Walk<true>(tree, query, nullptr); }
+
+} // namespace
+
+//> The kernel's table
+#define CUTICLE_STRING_OF(x) #x
+#define CUTICLE_STRING(x) CUTICLE_STRING_OF(x)
+extern const Kernel CUTICLE_KERNEL;
+const Kernel CUTICLE_KERNEL = {&Intersect, &Occluded, CUTICLE_STRING(CUTICLE_KERNEL_NAME)};
+//<
+
+} // namespace cuticle::curve_kernel
+//<

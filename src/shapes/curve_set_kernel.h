@@ -1,0 +1,85 @@
+//> What the kernels and the curve set share
+#pragma once
+
+// The kernels' source is compiled once for each instruction set. Anything inline that it took from a shared header
+// could be emitted by all three, and the linker would keep any one of them, for every caller. So this header has plain
+// data and declarations only, and the kernels include nothing of the C++ library.
+#include <cstddef>
+#include <cstdint>
+
+namespace cuticle::curve_kernel {
+
+//> The nodes of the tree
+inline constexpr int kWidth = 8;       // children of a node
+inline constexpr int kLeafPieces = 16; // pieces of curve in a leaf, at most
+inline constexpr int kMaxDepth = 96;   // of the tree: the build keeps below it
+
+// A child is 0 where there is none, the index of a node, or a leaf: the top bit, four bits of (number of pieces - 1),
+// and the place of its data in units of 64 bytes.
+inline constexpr uint32_t kLeafBit = 0x80000000u;
+inline constexpr int kLeafCountShift = 27;
+inline constexpr uint32_t kLeafPlaceMask = (1u << kLeafCountShift) - 1;
+inline constexpr size_t kLeafUnit = 64;
+
+// bounds[axis]: the children's lower planes, bounds[3 + axis]: the upper ones. A missing child is an empty box.
+struct alignas(64) Node {
+    float bounds[6][kWidth];
+    uint32_t child[kWidth];
+};
+
+// The data of a leaf with n pieces: kLeafArrays arrays of n words, with no gap between them. Loads of full registers
+// run over the end of an array; the pool ends in kLeafPadding bytes for that.
+enum LeafArray { kP0x, kP0y, kP0z, kEx, kEy, kEz, kRadius, kPiece, kLeafArrays };
+inline constexpr size_t kLeafPadding = 64;
+//<
+
+//> What a kernel is given
+struct Tree {
+    const Node *nodes = nullptr; // [0] is the root
+    const unsigned char *leaves = nullptr;
+    const float *segments = nullptr; // CurveSegment: 12 coordinates, 2 widths, group
+    const uint32_t *ribbonOf =
+        nullptr; // by segment: index of its normals, or kNoRibbon; null: no ribbons at all
+    const float *ribbonNormals = nullptr; // 6 numbers each
+    // By piece of a segment: the matrix that takes the segment's control points to those of the piece, slightly
+    // lengthened; 16 numbers, column by column.
+    const double *pieceMatrix = nullptr;
+    uint32_t segmentCount = 0;
+    int split = 0;                        // pieces of a segment: 2^split
+    float bounds[6] = {0, 0, 0, 0, 0, 0}; // of everything, as a node's
+    float slack = 0;                      // error of a distance in single precision, anywhere near the bounds
+    float selfReach = 0;
+};
+inline constexpr uint32_t kNoRibbon = 0xffffffffu;
+inline constexpr uint32_t kNoSegment = 0xffffffffu;
+inline constexpr size_t kSegmentWords = 15;
+// How much longer than its share of [0, 1] a piece is at both ends, so that rounding loses no hit at a joint.
+inline constexpr double kPieceSlack = 2e-6;
+
+struct Query {
+    float o[3], d[3];
+    float tMin, tMax;
+    uint32_t originSegment = kNoSegment;
+    float originU = 0;
+};
+struct Answer {
+    float t, u, v;
+    uint32_t segment;
+};
+//<
+
+//> A kernel
+struct Kernel {
+    bool (*intersect)(const Tree &, const Query &, Answer *);
+    bool (*occluded)(const Tree &, const Query &);
+    const char *name;
+};
+extern const Kernel kSse2;
+#ifdef CUTICLE_HAVE_X86_KERNELS
+extern const Kernel kAvx2;
+extern const Kernel kAvx512;
+#endif
+//<
+
+} // namespace cuticle::curve_kernel
+//<
