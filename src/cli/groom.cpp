@@ -1,0 +1,269 @@
+// cuticle groom: strands of hair, made or read, written as scene geometry.
+#include "cli/commands.h"
+#include "core/error.h"
+#include "grooms/hair_file.h"
+#include "grooms/output_file.h"
+#include "grooms/pbrt_writer.h"
+#include "grooms/procedural.h"
+
+#include <algorithm>
+#include <iostream>
+#include <map>
+
+namespace cuticle {
+
+namespace {
+
+struct GroomArguments {
+    std::string kind, style, input, output, mesh;
+    std::map<std::string, std::string> values; // groom parameters that were given
+    PbrtCurveOptions curves;
+    std::string spline = "catmull-rom", colors = "keep";
+    float width = 0;
+    bool skin = false, quiet = false;
+};
+
+enum class Format { Pbrt, Hair };
+
+Format FormatOf(const std::string &filename) {
+    if (filename.ends_with(".pbrt") || filename.ends_with(".pbrt.gz"))
+        return Format::Pbrt;
+    if (filename.ends_with(".hair"))
+        return Format::Hair;
+    throw Error("the output's name \"" + filename + "\" must end in .pbrt, .pbrt.gz or .hair");
+}
+
+std::string OptionName(std::string_view parameter) {
+    std::string name = "--" + std::string(parameter);
+    std::replace(name.begin(), name.end(), '_', '-');
+    return name;
+}
+
+void Report(const GroomArguments &a, const PbrtCurveCounts &counts, uint64_t bytes) {
+    if (a.quiet)
+        return;
+    std::cout << a.output << ": " << counts.strands << " strands, " << counts.segments << " segments in "
+              << counts.statements << " Shape statements";
+    if (counts.materials > 0)
+        std::cout << ", " << counts.materials << " materials";
+    std::cout << ", " << bytes << " bytes of text\n";
+}
+
+// What a reader of the file wants to know; the numbers make the same groom again.
+std::string HeaderComment(const GroomArguments &a, const GroomParams *params) {
+    std::string text = "# Hair as pbrt-v3 curves, written by cuticle groom";
+    if (params == nullptr)
+        return text + " from a .hair file, in that file's units.\n";
+    text += " " + a.kind + (a.kind == "head" ? " --style " + params->style : "");
+    for (const GroomParamInfo &info : GroomParamTable())
+        if (GroomReads(params->kind, info)) {
+            const std::string value = CLI::detail::to_string(GetGroomParam(*params, info.name));
+            text += " " + OptionName(info.name) + " " + value;
+        }
+    text += a.kind == "head"
+                ? "\n# Units: cm; y up, the face looks along +z, the origin lies between the ears.\n"
+                : "\n";
+    return text;
+}
+
+void RunProcedural(const GroomArguments &a) {
+    const Format format = FormatOf(a.output);
+    GroomParams params = MakeGroomParams(a.kind, a.style);
+    for (const auto &[name, value] : a.values)
+        SetGroomParam(&params, name, value);
+    if (!a.mesh.empty() && !a.mesh.ends_with(".ply"))
+        throw Error("the mesh's name \"" + a.mesh + "\" must end in .ply");
+    const std::unique_ptr<StrandSource> source = MakeStrandSource(params);
+    if (!a.mesh.empty())
+        WritePly(a.mesh, MakeHeadMesh());
+
+    if (format == Format::Hair) {
+        if (a.skin)
+            throw Error("a .hair file holds no skin; leave out --skin or write .pbrt");
+        const Groom groom = source->Range(0, source->StrandCount());
+        WriteHairFile(a.output, groom);
+        if (!a.quiet)
+            std::cout << a.output << ": " << groom.StrandCount() << " strands, " << groom.points.size()
+                      << " points\n";
+        return;
+    }
+    OutputFile out(a.output);
+    out.Write(HeaderComment(a, &params));
+    if (a.skin) {
+        out.Write("AttributeBegin\nMaterial \"matte\" \"rgb Kd\" [0.6 0.4 0.3]\n");
+        if (a.kind == "head")
+            WritePbrtMesh(MakeHeadMesh(), &out);
+        else
+            out.Write("Shape \"sphere\" \"float radius\" " + CLI::detail::to_string(params.radius) + "\n");
+        out.Write("AttributeEnd\n");
+    }
+    PbrtCurveCounts counts;
+    constexpr size_t kBatch = 16384; // so that memory stays small whatever the number of strands
+    for (size_t begin = 0; begin < source->StrandCount(); begin += kBatch)
+        WritePbrtCurves(source->Range(begin, begin + kBatch), a.curves, &out, &counts);
+    const uint64_t bytes = out.BytesWritten();
+    out.Commit();
+    Report(a, counts, bytes);
+}
+
+void RunFrom(GroomArguments a) {
+    const Format format = FormatOf(a.output);
+    if (!a.input.ends_with(".hair"))
+        throw Error("the input \"" + a.input + "\" must be a .hair file");
+    Groom groom = ReadHairFile(a.input);
+    if (a.width > 0) {
+        groom.pointWidths.clear();
+        groom.width = a.width;
+    }
+    if (a.colors == "ignore") {
+        groom.pointColors.clear();
+        groom.hasColor = false;
+    }
+    a.curves.segments.spline = a.spline == "bspline" ? StrandSpline::BSpline : StrandSpline::CatmullRom;
+    a.curves.colors = a.colors == "keep";
+    if (format == Format::Hair) {
+        groom.width *= a.curves.widthScale;
+        for (float &w : groom.pointWidths)
+            w *= a.curves.widthScale;
+        WriteHairFile(a.output, groom);
+        if (!a.quiet)
+            std::cout << a.output << ": " << groom.StrandCount() << " strands, " << groom.points.size()
+                      << " points\n";
+        return;
+    }
+    OutputFile out(a.output);
+    out.Write(HeaderComment(a, nullptr));
+    PbrtCurveCounts counts;
+    WritePbrtCurves(groom, a.curves, &out, &counts);
+    const uint64_t bytes = out.BytesWritten();
+    out.Commit();
+    Report(a, counts, bytes);
+}
+
+void AddOutputOptions(CLI::App &command, const std::shared_ptr<GroomArguments> &a) {
+    command
+        .add_option("-o,--output", a->output,
+                    "where to write: .pbrt, .pbrt.gz (Shape \"curve\" statements to Include) or .hair")
+        ->required()
+        ->type_name("FILE");
+    command.add_option("--curve-type", a->curves.curveType, "the curves' type")
+        ->check(CLI::IsMember({"cylinder", "flat"}))
+        ->capture_default_str();
+    command.add_flag("--per-segment", a->curves.perSegment,
+                     "one Shape statement for each Bezier segment instead of one for each strand");
+    command.add_flag("-q,--quiet", a->quiet, "print nothing but errors");
+}
+
+void AddProceduralCommand(CLI::App &groom, const std::string &kind, const std::string &about,
+                          const std::string &example) {
+    CLI::App *command = groom.add_subcommand(kind, about);
+    auto a = std::make_shared<GroomArguments>();
+    a->kind = kind;
+    AddOutputOptions(*command, a);
+    if (kind == "head") {
+        std::vector<std::string> styles(HeadStyles().begin(), HeadStyles().end());
+        a->style = styles[0];
+        command->add_option("--style", a->style, "how the hair falls; sets the defaults of what follows")
+            ->check(CLI::IsMember(styles))
+            ->capture_default_str();
+        command->add_option("--mesh", a->mesh, "also write the head and shoulders as a PLY mesh with normals")
+            ->type_name("FILE.ply");
+    }
+    if (kind == "head" || kind == "fur-ball")
+        command->add_flag("--skin", a->skin,
+                          "put the skin under the hair into the .pbrt file, with a matte material");
+    // The table of parameters is the one that scene files use.
+    for (const GroomParamInfo &info : GroomParamTable()) {
+        if (!GroomReads(kind, info))
+            continue;
+        std::string defaults;
+        if (kind == "head") {
+            for (const std::string_view style : HeadStyles()) {
+                const std::string value =
+                    CLI::detail::to_string(GetGroomParam(MakeGroomParams(kind, style), info.name));
+                if (defaults.find(value) != 0 || defaults.size() != value.size())
+                    defaults += (defaults.empty() ? "" : ", ") + value;
+            }
+        } else {
+            defaults = CLI::detail::to_string(GetGroomParam(MakeGroomParams(kind), info.name));
+        }
+        const bool whole = std::holds_alternative<int GroomParams::*>(info.member);
+        command
+            ->add_option_function<std::string>(
+                OptionName(info.name),
+                [a, name = std::string(info.name)](const std::string &v) { a->values[name] = v; },
+                std::string(info.help) + " [" + defaults + "]")
+            ->type_name(whole ? "INT" : "FLOAT");
+    }
+    command->footer("Example: " + example);
+    command->callback([a] { RunProcedural(*a); });
+}
+
+void AddFromCommand(CLI::App &groom) {
+    CLI::App *command = groom.add_subcommand("from", "Read strands from a .hair file");
+    auto a = std::make_shared<GroomArguments>();
+    command->add_option("input", a->input, "the .hair file (Cem Yuksel's format)")
+        ->required()
+        ->type_name("FILE.hair");
+    AddOutputOptions(*command, a);
+    command->add_option("--spline", a->spline, "through the points, or smoother beside them")
+        ->check(CLI::IsMember({"catmull-rom", "bspline"}))
+        ->capture_default_str();
+    command
+        ->add_option("--segments", a->curves.segments.segmentsPerStrand,
+                     "resample each strand to so many segments of equal length; 0: one per pair of points")
+        ->check(CLI::Range(0, 10000))
+        ->capture_default_str();
+    command
+        ->add_option("--width", a->width,
+                     "diameter of all hairs, instead of the file's thickness (the file's units)")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--width-scale", a->curves.widthScale, "factor on all widths")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command
+        ->add_option("--colors", a->colors,
+                     "keep: a hair material for each colour (each strand's mean); ignore: no materials")
+        ->check(CLI::IsMember({"keep", "ignore"}))
+        ->capture_default_str();
+    command
+        ->add_option("--color-levels", a->curves.colorLevels,
+                     "steps per channel when there are more than 256 colours")
+        ->check(CLI::Range(2, 1024))
+        ->capture_default_str();
+    command->add_option("--beta-m", a->curves.betaM, "longitudinal roughness of these materials")
+        ->check(CLI::Range(0., 1.))
+        ->capture_default_str();
+    command->add_option("--beta-n", a->curves.betaN, "azimuthal roughness of these materials")
+        ->check(CLI::Range(0., 1.))
+        ->capture_default_str();
+    command->footer("Example: cuticle groom from straight.hair --width-scale 2 -o straight.pbrt.gz");
+    command->callback([a] { RunFrom(*a); });
+}
+
+} // namespace
+
+void AddGroomCommand(CLI::App &app) {
+    CLI::App *groom = app.add_subcommand("groom", "Make hair, or read it, and write it as scene geometry");
+    groom->require_subcommand(1);
+    groom->footer(
+        "The output is geometry without camera and lights: a scene takes it in by Include \"FILE.pbrt.gz\"\n"
+        "after its Material \"hair\". Scenes that only Cuticle reads can name a groom directly instead:\n"
+        "  Shape \"groom\" \"string style\" \"curly\" \"integer strands\" 30000\n"
+        "  Shape \"hairfile\" \"string filename\" \"straight.hair\"\n"
+        "Examples:\n"
+        "  cuticle groom head --style curly --strands 50000 --seed 1 -o head.pbrt.gz\n"
+        "  cuticle groom from straight.hair -o straight.pbrt.gz");
+    AddProceduralCommand(
+        *groom, "head", "A head of straight, wavy or curly hair",
+        "cuticle groom head --style wavy --strands 30000 --width-scale 2 --skin -o wavy.pbrt.gz");
+    AddProceduralCommand(*groom, "fur-ball", "A ball of fur",
+                         "cuticle groom fur-ball --strands 100000 --skin -o fur.pbrt.gz");
+    AddProceduralCommand(*groom, "hair-cube", "Straight parallel hairs that fill a cube",
+                         "cuticle groom hair-cube --strands 10000 -o cube.pbrt");
+    AddProceduralCommand(*groom, "ball", "A ball of random curved strands, for measurements",
+                         "cuticle groom ball --strands 50000 --segments 8 -o ball.pbrt.gz");
+    AddFromCommand(*groom);
+}
+
+} // namespace cuticle

@@ -1,0 +1,87 @@
+// Strands of hair as runs of points, and the way from points to smooth cubic Bezier segments.
+#pragma once
+
+#include "core/color.h"
+#include "core/vecmath.h"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace cuticle {
+
+// A set of strands. Every strand is a run of points from root to tip; strand i holds the points
+// [strandOffsets[i], strandOffsets[i + 1]). Lengths are in the units of whoever made it: the procedural grooms
+// are in centimetres, a .hair file in its own.
+struct Groom {
+    std::vector<uint32_t> strandOffsets{0};
+    std::vector<Point3f> points;
+
+    // Full widths (diameters). pointWidths: one per point, or empty. strandWidths: root and tip of each strand,
+    // linear between, or empty. When both are empty all points are `width` wide. At most one of them is filled.
+    std::vector<float> pointWidths;
+    std::vector<std::array<float, 2>> strandWidths;
+    float width = 0.008f;
+
+    // Linear RGB: one per point, or empty. hasColor: `color` holds for all (pointColors empty).
+    std::vector<Spectrum> pointColors;
+    Spectrum color{0.5f};
+    bool hasColor = false;
+
+    size_t StrandCount() const { return strandOffsets.size() - 1; }
+    size_t PointCount(size_t strand) const { return strandOffsets[strand + 1] - strandOffsets[strand]; }
+    std::span<const Point3f> Strand(size_t strand) const {
+        return {points.data() + strandOffsets[strand], PointCount(strand)};
+    }
+    // Width of point k of a strand.
+    float Width(size_t strand, size_t k) const;
+    // Mean colour over the points of a strand; `color` where there are no colours per point.
+    Spectrum StrandColor(size_t strand) const;
+    // Of the points, without widths.
+    Bounds3f Bounds() const;
+    // Adds the strands of another groom that keeps widths and colours in the same arrays (throws Error otherwise, and
+    // where the points would outgrow 32-bit offsets).
+    void Append(const Groom &other);
+};
+
+// How the points of a strand are joined.
+enum class StrandSpline {
+    CatmullRom, // through all points; tangents by the centripetal parametrisation, which does not overshoot
+    BSpline // uniform cubic B-spline, clamped to the first and last point: smoother, inside the points' hull
+};
+
+struct SegmentOptions {
+    StrandSpline spline = StrandSpline::CatmullRom;
+    // 0: one segment between neighbouring points; else every strand is first resampled to this many segments of
+    // equal arc length.
+    int segmentsPerStrand = 0;
+};
+
+// One cubic Bezier piece of a strand. width: full widths at u = 0 and u = 1, linear between.
+struct BezierSegment {
+    Point3f cp[4];
+    float width[2];
+};
+
+// Appends the Bezier pieces of one run of points to *out, root to tip. widths: one per point. Pieces join with a
+// common point (bit for bit) and a common tangent direction. Coincident neighbours are merged; fewer than two
+// distinct points give no piece.
+void AppendSegments(std::span<const Point3f> points, std::span<const float> widths,
+                    const SegmentOptions &options, std::vector<BezierSegment> *out);
+
+// The same for strand number `strand` of a groom.
+void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &options,
+                    std::vector<BezierSegment> *out);
+
+// Calls emit(segment, strand) for all pieces of all strands in order.
+void ForEachSegment(const Groom &groom, const SegmentOptions &options,
+                    const std::function<void(const BezierSegment &, size_t strand)> &emit);
+
+// n + 1 points at equal arc lengths along the spline through `points`, with widths interpolated along it; n >= 1.
+// The first and the last point stay. A strand of no length gives n + 1 equal points.
+void ResampleStrand(std::span<const Point3f> points, std::span<const float> widths, StrandSpline spline,
+                    int n, std::vector<Point3f> *outPoints, std::vector<float> *outWidths);
+
+} // namespace cuticle

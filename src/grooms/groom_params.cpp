@@ -1,0 +1,187 @@
+#include "grooms/groom_params.h"
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+#include <vector>
+
+namespace cuticle {
+
+namespace {
+
+constexpr std::array<std::string_view, 4> kKinds{"head", "fur-ball", "hair-cube", "ball"};
+constexpr std::array<std::string_view, 3> kStyles{"straight", "wavy", "curly"};
+
+constexpr GroomParamInfo kTable[] = {
+    {"strands", &GroomParams::strands, 1, 2e7, "all",
+     "number of strands (a hair cube takes the nearest square)"},
+    {"seed", &GroomParams::seed, 0, 2147483647, "all", "another seed is another groom of the same kind"},
+    {"segments", &GroomParams::segments, 0, 1000, "all",
+     "curve segments of a strand; 0: as many as the style needs"},
+    {"width", &GroomParams::width, 1e-6, 100, "all", "diameter of a hair at its root"},
+    {"width_scale", &GroomParams::widthScale, 1e-3, 1000, "all",
+     "factor on all widths, so that fewer strands cover as much"},
+    {"tip", &GroomParams::tip, 0, 1, "all", "width at the tip as a fraction of the root's"},
+    {"length", &GroomParams::length, 0.01, 500, "head fur-ball",
+     "length of the longest hairs (cm), curls not counted"},
+    {"length_variation", &GroomParams::lengthVariation, 0, 0.95, "head fur-ball",
+     "how much shorter the shortest hairs are, as a fraction"},
+    {"locks", &GroomParams::locks, 1, 100000, "head fur-ball",
+     "number of guide hairs, each the middle of a lock"},
+    {"clump", &GroomParams::clump, 0, 1, "head fur-ball",
+     "how far the hairs of a lock draw together toward the tip"},
+    {"curl_radius", &GroomParams::curlRadius, 0, 20, "head fur-ball",
+     "radius of the curls, half the width of waves (cm)"},
+    {"curl_length", &GroomParams::curlLength, 0.1, 200, "head fur-ball",
+     "length of hair per turn or wave (cm)"},
+    {"frizz", &GroomParams::frizz, 0, 10, "head fur-ball",
+     "how far single hairs stray from their neighbours (cm)"},
+    {"flyaways", &GroomParams::flyaways, 0, 1, "head fur-ball",
+     "fraction of the hairs that keep out of the locks"},
+    {"volume", &GroomParams::volume, 0, 10, "head",
+     "thickness of the hair over the scalp (cm) where it is thickest"},
+    {"part", &GroomParams::part, -7, 7, "head", "where the hair parts: cm to the head's left of its middle"},
+    {"level", &GroomParams::level, 0, 1, "head",
+     "0: all hairs as long, in layers; 1: cut to end at one height"},
+    {"radius", &GroomParams::radius, 1e-3, 1e6, "fur-ball ball",
+     "radius of the skin under the fur; of the ball"},
+    {"side", &GroomParams::side, 1e-3, 1e6, "hair-cube", "side of the hair cube"},
+};
+
+template <size_t n>
+std::string Choices(const std::array<std::string_view, n> &names) {
+    std::string all;
+    for (const std::string_view name : names)
+        all += (all.empty() ? "" : ", ") + std::string(name);
+    return all;
+}
+
+std::string Number(double v) {
+    std::ostringstream out;
+    out << v;
+    return out.str();
+}
+
+} // namespace
+
+bool GroomReads(std::string_view kind, const GroomParamInfo &info) {
+    if (info.kinds == "all")
+        return true;
+    std::istringstream in{std::string(info.kinds)};
+    for (std::string word; in >> word;)
+        if (word == kind)
+            return true;
+    return false;
+}
+
+std::span<const GroomParamInfo> GroomParamTable() { return kTable; }
+std::span<const std::string_view> GroomKinds() { return kKinds; }
+std::span<const std::string_view> HeadStyles() { return kStyles; }
+
+GroomParams MakeGroomParams(std::string_view kind, std::string_view style) {
+    GroomParams p;
+    p.kind = kind;
+    p.style = style;
+    if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end())
+        throw Error("unknown kind of groom \"" + p.kind + "\"; the kinds are " + Choices(kKinds));
+    if (kind != "head" && !style.empty())
+        throw Error("a groom of kind \"" + p.kind + "\" has no styles; \"" + p.style + "\" is for nothing");
+    if (kind == "head") {
+        if (style.empty())
+            p.style = kStyles[0];
+        if (p.style == "wavy") {
+            p.clump = 0.75f;
+            p.curlRadius = 0.55f;
+            p.curlLength = 7;
+            p.frizz = 0.08f;
+            p.flyaways = 0.04f;
+            p.volume = 1.6f;
+        } else if (p.style == "curly") {
+            p.length = 30;
+            p.lengthVariation = 0.3f;
+            p.locks = 650;
+            p.clump = 0.85f;
+            p.curlRadius = 0.75f;
+            p.curlLength = 4.2f;
+            p.frizz = 0.1f;
+            p.flyaways = 0.05f;
+            p.volume = 2.6f;
+            p.level = 0.35f;
+        } else if (p.style != "straight") {
+            throw Error("unknown style of a head \"" + p.style + "\"; the styles are " + Choices(kStyles));
+        }
+    } else if (kind == "fur-ball") {
+        p.strands = 60000;
+        p.radius = 8;
+        p.length = 3.2f;
+        p.lengthVariation = 0.4f;
+        p.locks = 1500;
+        p.clump = 0.6f;
+        p.frizz = 0.1f;
+        p.width = 0.007f;
+        p.tip = 0.1f;
+        p.flyaways = 0.1f;
+    } else if (kind == "hair-cube") {
+        p.strands = 10000;
+        p.width = 0.02f; // touching neighbours: a side of 2 holds 100 of them
+        p.tip = 1;
+    } else { // ball
+        p.strands = 50000;
+        p.width = 0.004f;
+        p.tip = 1;
+    }
+    return p;
+}
+
+const GroomParamInfo &FindGroomParam(std::string_view name, std::string_view kind) {
+    std::vector<std::string_view> names;
+    for (const GroomParamInfo &info : kTable) {
+        if (info.name == name) {
+            if (GroomReads(kind, info))
+                return info;
+            throw Error("a groom of kind \"" + std::string(kind) + "\" has no parameter \"" +
+                        std::string(name) + "\"; it is for " + std::string(info.kinds));
+        }
+        if (GroomReads(kind, info))
+            names.push_back(info.name);
+    }
+    throw Error("unknown groom parameter \"" + std::string(name) + "\"." +
+                Suggestion(name, names.data(), names.size()));
+}
+
+void SetGroomParam(GroomParams *params, std::string_view name, double value) {
+    const GroomParamInfo &info = FindGroomParam(name, params->kind);
+    const std::string what = "groom parameter \"" + std::string(name) + "\" ";
+    if (!(value >= info.min && value <= info.max))
+        throw Error(what + "must lie between " + Number(info.min) + " and " + Number(info.max) + ", not " +
+                    Number(value));
+    if (const auto *member = std::get_if<int GroomParams::*>(&info.member)) {
+        if (value != std::floor(value))
+            throw Error(what + "must be a whole number, not " + Number(value));
+        params->*(*member) = static_cast<int>(value);
+    } else {
+        params->*(std::get<float GroomParams::*>(info.member)) = static_cast<float>(value);
+    }
+}
+
+void SetGroomParam(GroomParams *params, std::string_view name, const std::string &value) {
+    double v = 0;
+    const char *end = value.data() + value.size();
+    const auto [stop, status] = std::from_chars(value.data(), end, v);
+    if (status != std::errc() || stop != end)
+        throw Error("groom parameter \"" + std::string(name) + "\" must be a number, not \"" + value + "\"");
+    SetGroomParam(params, name, v);
+}
+
+double GetGroomParam(const GroomParams &params, std::string_view name) {
+    const GroomParamInfo &info = FindGroomParam(name, params.kind);
+    if (const auto *member = std::get_if<int GroomParams::*>(&info.member))
+        return params.*(*member);
+    return static_cast<double>(params.*(std::get<float GroomParams::*>(info.member)));
+}
+
+} // namespace cuticle

@@ -1,0 +1,71 @@
+// What a procedural groom is made from: one table serves the command line and the scene language.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace cuticle {
+
+// Lengths are in centimetres for heads and fur, in the units of `radius` and `side` otherwise.
+struct GroomParams {
+    std::string kind = "head";      // head, fur-ball, hair-cube, ball
+    std::string style = "straight"; // of a head: straight, wavy, curly
+
+    int strands = 30000;
+    int seed = 1;
+    int segments = 0; // curve segments of a strand; 0: as many as the style needs
+    float width = 0.008f;
+    float tip = 0.35f; // width at the tip, as a fraction of that at the root
+    float widthScale = 1;
+
+    // Heads and fur.
+    float length = 34;
+    float lengthVariation = 0.15f;
+    int locks = 700;
+    float clump = 0.5f;
+    float curlRadius = 0;
+    float curlLength = 5;
+    float frizz = 0.05f;
+    float flyaways = 0.03f;
+    float volume = 1;
+    float part = 2;
+    float level = 0.6f;
+
+    float radius = 1; // of the fur ball's skin, of the ball
+    float side = 2;   // of the hair cube
+};
+
+// One parameter: its name in a scene file ("curl_radius"; the command line says --curl-radius), where it is
+// kept, what values it takes, which kinds of groom read it.
+struct GroomParamInfo {
+    std::string_view name;
+    std::variant<int GroomParams::*, float GroomParams::*> member;
+    double min, max;
+    std::string_view kinds; // "head fur-ball", or "all"
+    std::string_view help;
+};
+std::span<const GroomParamInfo> GroomParamTable();
+// Whether a kind of groom reads that parameter.
+bool GroomReads(std::string_view kind, const GroomParamInfo &info);
+
+// The kinds, and the styles of a head.
+std::span<const std::string_view> GroomKinds();
+std::span<const std::string_view> HeadStyles();
+
+// The defaults of a kind and (heads only) style; an empty style is the first. Throws Error naming the choices. A style that
+// is really a kind ("fur-ball") is an Error too.
+GroomParams MakeGroomParams(std::string_view kind, std::string_view style = {});
+
+// The table's row of that name, or an Error with the nearest names; also an Error when `kind` does not read it.
+const GroomParamInfo &FindGroomParam(std::string_view name, std::string_view kind);
+
+// Sets one parameter. Throws Error for an unknown name, a value out of range, NaN, a fraction where a whole number
+// belongs, or text that is no number.
+void SetGroomParam(GroomParams *params, std::string_view name, double value);
+void SetGroomParam(GroomParams *params, std::string_view name, const std::string &value);
+double GetGroomParam(const GroomParams &params, std::string_view name);
+
+} // namespace cuticle

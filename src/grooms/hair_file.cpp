@@ -1,0 +1,230 @@
+#include "grooms/hair_file.h"
+
+#include "core/error.h"
+#include "grooms/output_file.h"
+
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sys/stat.h>
+
+namespace cuticle {
+
+static_assert(std::endian::native == std::endian::little,
+              "a .hair file is little-endian, and read by memcpy");
+
+namespace {
+
+// The header, byte by byte: "HAIR", strands, points, which arrays follow (bits), and the values that stand for the arrays
+// that do not.
+constexpr size_t kHeaderBytes = 128;
+constexpr size_t kStrandsAt = 4, kPointsAt = 8, kArraysAt = 12, kSegmentsAt = 16, kThicknessAt = 20,
+                 kTransparencyAt = 24, kColorAt = 28, kInfoAt = 40;
+enum ArrayBit : uint32_t {
+    kHasSegments = 1, // uint16 per strand
+    kHasPoints = 2,   // three floats per point
+    kHasThickness = 4,
+    kHasTransparency = 8,
+    kHasColors = 16, // three floats per point
+    kKnownArrays = 31
+};
+
+template <typename T>
+T Read(std::string_view bytes, size_t offset) {
+    T v;
+    std::memcpy(&v, bytes.data() + offset, sizeof v);
+    return v;
+}
+
+[[noreturn]] void Fail(const std::string &name, size_t byte, const std::string &what) {
+    throw Error(name + ": byte " + std::to_string(byte) + ": error: " + what);
+}
+
+// One array of floats; `valid` says which values make sense.
+template <typename Valid>
+void ReadFloats(std::string_view bytes, size_t offset, size_t count, float *out, const std::string &name,
+                const char *what, Valid valid) {
+    if (count == 0)
+        return;
+    std::memcpy(out, bytes.data() + offset, count * sizeof(float));
+    for (size_t i = 0; i < count; ++i)
+        if (!valid(out[i]))
+            Fail(name, offset + i * sizeof(float), std::string(what) + " is " + std::to_string(out[i]));
+}
+
+bool NotNegative(float v) { return v >= 0 && std::isfinite(v); }
+// Points further out than this cannot be squared in binary32; no unit of length makes hair that long.
+bool IsCoordinate(float v) { return std::abs(v) <= 1e18f; }
+
+} // namespace
+
+Groom ParseHairFile(std::string_view bytes, const std::string &name) {
+    if (bytes.size() < 4 || bytes.substr(0, 4) != "HAIR")
+        Fail(name, 0, "this is not a .hair file, which begins with the letters HAIR");
+    if (bytes.size() < kHeaderBytes)
+        Fail(name, bytes.size(), "the file ends within the header of 128 bytes");
+    const size_t strands = Read<uint32_t>(bytes, kStrandsAt);
+    const size_t points = Read<uint32_t>(bytes, kPointsAt);
+    const uint32_t arrays = Read<uint32_t>(bytes, kArraysAt);
+    const size_t defaultSegments = Read<uint32_t>(bytes, kSegmentsAt);
+    if ((arrays & kHasPoints) == 0)
+        Fail(name, kArraysAt, "the file holds no points");
+    if ((arrays & ~static_cast<uint32_t>(kKnownArrays)) != 0)
+        Warning(".hair with unknown arrays", name + ": arrays that this reader does not know are left out");
+
+    // Check all sizes before anything is allocated: a count is believed only if the file is long enough for it.
+    size_t end = kHeaderBytes;
+    const auto place = [&](uint32_t bit, size_t count, size_t size, const char *what) {
+        const size_t at = end;
+        if ((arrays & bit) == 0)
+            return at;
+        if (count * size > bytes.size() - end)
+            Fail(name, bytes.size(),
+                 "the file ends within the " + std::string(what) + ": " + std::to_string(count) +
+                     " of them need " + std::to_string(count * size) + " bytes from byte " +
+                     std::to_string(at));
+        end += count * size;
+        return at;
+    };
+    const size_t segmentsStart = place(kHasSegments, strands, 2, "segment counts");
+    const size_t pointsStart = place(kHasPoints, points, 12, "points");
+    const size_t thicknessStart = place(kHasThickness, points, 4, "thicknesses");
+    const size_t transparencyStart = place(kHasTransparency, points, 4, "transparencies");
+    const size_t colorsStart = place(kHasColors, points, 12, "colours");
+    if (end < bytes.size() && (arrays & ~static_cast<uint32_t>(kKnownArrays)) == 0)
+        Warning(".hair with bytes left over",
+                name + ": " + std::to_string(bytes.size() - end) + " bytes after the last array are ignored");
+    // With no array of them each strand holds the same number of points, at least one: the points are in the file, so
+    // this bounds the strands too.
+    if ((arrays & kHasSegments) == 0 && strands * (defaultSegments + 1) != points)
+        Fail(name, kStrandsAt,
+             std::to_string(strands) + " strands of " + std::to_string(defaultSegments) + " segments need " +
+                 std::to_string(strands * (defaultSegments + 1)) + " points, and the header says " +
+                 std::to_string(points));
+
+    Groom groom;
+    groom.strandOffsets.resize(strands + 1);
+    size_t offset = 0;
+    for (size_t i = 0; i < strands; ++i) {
+        const size_t segments =
+            (arrays & kHasSegments) != 0 ? Read<uint16_t>(bytes, segmentsStart + 2 * i) : defaultSegments;
+        offset += segments + 1;
+        if (offset > points)
+            Fail(name, (arrays & kHasSegments) != 0 ? segmentsStart + 2 * i : kSegmentsAt,
+                 "strand " + std::to_string(i) + " of " + std::to_string(segments) +
+                     " segments needs point " + std::to_string(offset) + " of " + std::to_string(points));
+        groom.strandOffsets[i + 1] = static_cast<uint32_t>(offset);
+    }
+    if (offset != points)
+        Fail(name, kPointsAt,
+             "the strands use " + std::to_string(offset) + " points of " + std::to_string(points) + "");
+
+    groom.points.resize(points);
+    static_assert(sizeof(Point3f) == 12 && sizeof(Spectrum) == 12);
+    ReadFloats(bytes, pointsStart, 3 * points, reinterpret_cast<float *>(groom.points.data()), name,
+               "a coordinate", IsCoordinate);
+    if ((arrays & kHasThickness) != 0) {
+        groom.pointWidths.resize(points);
+        ReadFloats(bytes, thicknessStart, points, groom.pointWidths.data(), name, "a thickness", NotNegative);
+    } else {
+        ReadFloats(bytes, kThicknessAt, 1, &groom.width, name, "the thickness", NotNegative);
+    }
+    if ((arrays & kHasTransparency) != 0) {
+        for (size_t i = 0; i < points; ++i)
+            if (!std::isfinite(Read<float>(bytes, transparencyStart + 4 * i)))
+                Fail(name, transparencyStart + 4 * i, "a transparency is not a finite number");
+    } else if (!std::isfinite(Read<float>(bytes, kTransparencyAt))) {
+        Fail(name, kTransparencyAt, "the transparency is not a finite number");
+    }
+    groom.hasColor = true;
+    if ((arrays & kHasColors) != 0) {
+        groom.pointColors.resize(points);
+        ReadFloats(bytes, colorsStart, 3 * points, reinterpret_cast<float *>(groom.pointColors.data()), name,
+                   "a colour", NotNegative);
+    } else {
+        ReadFloats(bytes, kColorAt, 3, groom.color.c.data(), name, "the colour", NotNegative);
+    }
+    return groom;
+}
+
+Groom ReadHairFile(const std::string &filename) {
+    struct stat status {};
+    if (stat(filename.c_str(), &status) != 0)
+        throw Error(filename + ": error: cannot read: " + std::strerror(errno));
+    if (!S_ISREG(status.st_mode))
+        throw Error(filename + ": error: cannot read: not a regular file");
+    // The longest file that its 32-bit counts can describe; read no more, whatever the system says.
+    constexpr uint64_t kLongest = kHeaderBytes + 0xffffffffull * (2 + 12 + 4 + 4 + 12);
+    const auto size = static_cast<uint64_t>(status.st_size);
+    if (size > kLongest)
+        throw Error(filename + ": error: too long for a .hair file");
+    std::ifstream in(filename, std::ios::binary);
+    char magic[4] = {};
+    // Look at the first letters before the rest is read: a wrong file may be huge.
+    if (!in || (size >= 4 && (!in.read(magic, 4) || std::string_view(magic, 4) != "HAIR")))
+        Fail(filename, 0, "this is not a .hair file, which begins with the letters HAIR");
+    std::string bytes(size, '\0');
+    in.seekg(0);
+    in.read(bytes.data(), static_cast<std::streamsize>(size));
+    bytes.resize(static_cast<size_t>(in.gcount()));
+    return ParseHairFile(bytes, filename);
+}
+
+void WriteHairFile(const std::string &filename, const Groom &groom) {
+    const size_t strands = groom.StrandCount();
+    if (strands > 0xffffffffull || groom.points.size() > 0xffffffffull)
+        throw Error(filename + ": error: a .hair file holds at most 4294967295 strands and points");
+    bool sameLength = strands > 0;
+    for (size_t i = 0; i < strands; ++i) {
+        const size_t n = groom.PointCount(i);
+        if (n == 0 || n > 65536)
+            throw Error(filename + ": error: strand " + std::to_string(i) + " has " + std::to_string(n) +
+                        " points; a .hair file holds strands of 1 to 65536");
+        sameLength = sameLength && n == groom.PointCount(0);
+    }
+    const bool thickness = !groom.pointWidths.empty() || !groom.strandWidths.empty();
+    const bool colors = !groom.pointColors.empty();
+
+    std::string header(kHeaderBytes, '\0');
+    const auto put = [&](size_t at, auto value) { std::memcpy(header.data() + at, &value, sizeof value); };
+    std::memcpy(header.data(), "HAIR", 4);
+    put(kStrandsAt, static_cast<uint32_t>(strands));
+    put(kPointsAt, static_cast<uint32_t>(groom.points.size()));
+    put(kArraysAt, static_cast<uint32_t>(kHasPoints | (sameLength ? 0u : kHasSegments) |
+                                         (thickness ? kHasThickness : 0u) | (colors ? kHasColors : 0u)));
+    put(kSegmentsAt, sameLength ? static_cast<uint32_t>(groom.PointCount(0) - 1) : 0u);
+    put(kThicknessAt, groom.width);
+    put(kTransparencyAt, 0.f);
+    for (size_t c = 0; c < 3; ++c)
+        put(kColorAt + 4 * c, groom.color.c[c]);
+    constexpr std::string_view info = "written by Cuticle";
+    std::memcpy(header.data() + kInfoAt, info.data(), info.size());
+
+    OutputFile out(filename);
+    out.Write(header);
+    const auto bytesOf = [](const auto &v) {
+        return std::string_view(reinterpret_cast<const char *>(v.data()), v.size() * sizeof(v[0]));
+    };
+    if (!sameLength) {
+        std::vector<uint16_t> segments(strands);
+        for (size_t i = 0; i < strands; ++i)
+            segments[i] = static_cast<uint16_t>(groom.PointCount(i) - 1);
+        out.Write(bytesOf(segments));
+    }
+    out.Write(bytesOf(groom.points));
+    if (thickness) {
+        std::vector<float> widths;
+        for (size_t i = 0; i < strands; ++i) {
+            widths.clear();
+            for (size_t k = 0; k < groom.PointCount(i); ++k)
+                widths.push_back(groom.Width(i, k));
+            out.Write(bytesOf(widths));
+        }
+    }
+    if (colors)
+        out.Write(bytesOf(groom.pointColors));
+    out.Commit();
+}
+
+} // namespace cuticle

@@ -1,0 +1,292 @@
+#include "grooms/head_shape.h"
+
+#include "core/error.h"
+#include "grooms/output_file.h"
+
+#include <cstring>
+
+namespace cuticle {
+
+namespace {
+
+constexpr float kCutHeight = -27.f; // the bust ends here
+// From here directions to the scalp are measured: the cranium's middle.
+constexpr Point3f kCranium{0, 2.6f, -0.8f};
+
+// First-order distance to an ellipsoid: the implicit function over its gradient's length.
+float Ellipsoid(const Point3f &p, const Point3f &c, const Vector3f &r) {
+    const Vector3f q = p - c;
+    const Vector3f a{q.x / r.x, q.y / r.y, q.z / r.z};
+    const Vector3f b{a.x / r.x, a.y / r.y, a.z / r.z};
+    const float k = a.Length(), g = b.Length();
+    if (!(g > 0))
+        return -std::min(r.x, std::min(r.y, r.z));
+    return k * (k - 1) / g;
+}
+
+// Capsule whose radius goes from ra at a to rb at b.
+float Capsule(const Point3f &p, const Point3f &a, const Point3f &b, float ra, float rb) {
+    const Vector3f ab = b - a, ap = p - a;
+    const float t = std::clamp(Dot(ap, ab) / ab.LengthSquared(), 0.f, 1.f);
+    return (ap - ab * t).Length() - Lerp(t, ra, rb);
+}
+
+// Union that rounds the crease over a width of k (a quadratic blend).
+float Join(float a, float b, float k) {
+    const float h = std::max(k - std::abs(a - b), 0.f) / k;
+    return std::min(a, b) - h * h * k * 0.25f;
+}
+float Carve(float a, float b, float k) { return -Join(-a, b, k); }
+
+float SmoothStep(float a, float b, float v) {
+    const float t = std::clamp((v - a) / (b - a), 0.f, 1.f);
+    return t * t * (3 - 2 * t);
+}
+
+// The bust is the same left and right: work on |x|.
+float Bust(Point3f p) {
+    p.x = std::abs(p.x);
+    float d = Ellipsoid(p, {0, 3.1f, -0.9f}, {7.3f, 8.4f, 9.3f});          // cranium
+    d = Join(d, Ellipsoid(p, {0, 4.6f, 1.6f}, {6.3f, 6.0f, 7.1f}), 3.f);   // forehead
+    d = Join(d, Ellipsoid(p, {0, -2.6f, 2.6f}, {6.0f, 7.6f, 6.2f}), 2.5f); // face
+    d = Join(d, Ellipsoid(p, {0, -8.3f, 5.4f}, {2.6f, 2.0f, 2.9f}), 2.5f); // chin
+    // Neck, shoulders and chest hang under the head.
+    float body = Capsule(p, {0, -3.5f, -2.6f}, {0, -17.f, -3.8f}, 5.0f, 5.6f);
+    body = Join(body, Ellipsoid(p, {0, -24.f, -3.5f}, {15.f, 8.5f, 8.f}), 6.f);
+    body = Join(body, Capsule(p, {4.f, -18.2f, -4.f}, {15.5f, -21.2f, -4.2f}, 3.6f, 4.4f), 4.f);
+    body = Join(body, Capsule(p, {15.5f, -21.2f, -4.2f}, {17.3f, -34.f, -3.8f}, 4.4f, 4.2f), 2.f);
+    d = Join(d, body, 2.2f);
+    if (p.z > 1.5f && p.y < 6.f && p.y > -10.f &&
+        p.x < 8.5f) { // the face's small parts, where nothing else is
+        d = Join(d, Ellipsoid(p, {3.7f, -2.4f, 5.7f}, {2.2f, 1.7f, 2.3f}), 1.6f);            // cheek
+        d = Join(d, Capsule(p, {0.6f, 1.7f, 8.1f}, {4.1f, 1.6f, 6.3f}, 0.85f, 0.75f), 1.2f); // brow
+        d = Carve(d, Ellipsoid(p, {3.1f, 0.2f, 9.1f}, {1.6f, 0.95f, 1.7f}), 1.2f);           // socket
+        d = Join(d, Ellipsoid(p, {3.05f, 0.15f, 7.05f}, {1.35f, 0.95f, 1.05f}), 0.3f);       // eye
+        d = Join(d, Capsule(p, {0, 1.1f, 8.4f}, {0, -2.9f, 10.5f}, 0.55f, 0.85f), 0.9f);     // nose
+        d = Join(d, Ellipsoid(p, {0.95f, -3.1f, 9.5f}, {0.6f, 0.5f, 0.8f}), 0.5f);           // nostril
+        d = Join(d, Ellipsoid(p, {0, -5.2f, 8.2f}, {2.2f, 0.5f, 1.0f}), 0.35f);              // lips
+        d = Join(d, Ellipsoid(p, {0, -6.15f, 8.05f}, {1.8f, 0.55f, 1.0f}), 0.35f);
+        d = Carve(d, Ellipsoid(p, {0, -5.65f, 9.3f}, {2.1f, 0.08f, 0.5f}), 0.25f);
+    }
+    if (p.x > 4.5f && p.y > -5.f && p.y < 4.f) {
+        // An ear: a tilted disc with a bowl in it. The tilt is a shear, which keeps the sign.
+        const Point3f q{p.x - 0.35f * (-0.4f - p.z), p.y, p.z};
+        float ear = Ellipsoid(q, {7.2f, -0.4f, -0.8f}, {0.55f, 3.0f, 1.8f});
+        ear = Carve(ear, Ellipsoid(q, {7.75f, -0.3f, -0.6f}, {0.5f, 2.0f, 1.1f}), 0.4f);
+        d = Join(d, ear, 0.5f);
+    }
+    return d;
+}
+
+} // namespace
+
+float HeadDistance(const Point3f &p) { return std::max(Bust(p), kCutHeight - p.y); }
+
+Normal3f HeadNormal(const Point3f &p) {
+    constexpr float h = 0.02f;
+    const Vector3f g{HeadDistance({p.x + h, p.y, p.z}) - HeadDistance({p.x - h, p.y, p.z}),
+                     HeadDistance({p.x, p.y + h, p.z}) - HeadDistance({p.x, p.y - h, p.z}),
+                     HeadDistance({p.x, p.y, p.z + h}) - HeadDistance({p.x, p.y, p.z - h})};
+    const float length = g.Length();
+    return length > 0 ? g / length : Vector3f{0, 1, 0}; // at an exact centre any direction leads out
+}
+
+Point3f PushOutOfHead(Point3f p, float offset) {
+    for (int i = 0; i < 16; ++i) {
+        const float d = HeadDistance(p);
+        if (d >= offset)
+            break;
+        p += HeadNormal(p) * (offset - d + 1e-4f);
+    }
+    return p;
+}
+
+float HairDensity(const Point3f &p) {
+    // The hairline by azimuth from the face (degrees) and elevation seen from the cranium's middle: forehead, temple,
+    // sideburn, above and behind the ear, nape.
+    static constexpr float kLine[][2] = {{0, 42},    {18, 44},   {36, 43},   {52, 30},   {62, 12},
+                                         {70, -6},   {78, -22},  {86, -14},  {94, 2},    {106, 2},
+                                         {118, -16}, {130, -33}, {146, -44}, {162, -49}, {180, -50}};
+    const Vector3f d = p - kCranium;
+    const float azimuth = Degrees(std::atan2(std::abs(d.x), d.z));
+    const float elevation = Degrees(std::atan2(d.y, std::sqrt(d.x * d.x + d.z * d.z)));
+    size_t i = 0;
+    while (i + 2 < std::size(kLine) && azimuth > kLine[i + 1][0])
+        ++i;
+    const float t = (azimuth - kLine[i][0]) / (kLine[i + 1][0] - kLine[i][0]);
+    const float edge = Lerp(t, kLine[i][1], kLine[i + 1][1]);
+    return SmoothStep(-1.5f, 4.5f, elevation - edge);
+}
+
+Point3f Scalp::SurfaceAlong(float azimuth, float cosine) const {
+    const float sine = std::sqrt(std::max(0.f, 1 - cosine * cosine));
+    const Vector3f d{sine * std::sin(azimuth), cosine, sine * std::cos(azimuth)};
+    // The cranium is star-shaped seen from its middle: bisect between inside and far outside.
+    float inside = 0, outside = 16;
+    for (int i = 0; i < 26; ++i) {
+        const float middle = (inside + outside) / 2;
+        (HeadDistance(kCranium + d * middle) < 0 ? inside : outside) = middle;
+    }
+    return kCranium + d * outside;
+}
+
+Scalp::Scalp() {
+    // Area times density of cells even in azimuth and in the cosine from straight up.
+    std::vector<Point3f> corner(static_cast<size_t>((kAzimuth + 1) * (kHeight + 1)));
+    for (int j = 0; j <= kHeight; ++j)
+        for (int i = 0; i <= kAzimuth; ++i)
+            corner[static_cast<size_t>(j * (kAzimuth + 1) + i)] =
+                SurfaceAlong(2 * Pi * static_cast<float>(i) / kAzimuth - Pi,
+                             1 - 2 * static_cast<float>(j) / static_cast<float>(kHeight));
+    double total = 0;
+    rowCdf_.assign(kHeight + 1, 0);
+    columnCdf_.assign(static_cast<size_t>(kHeight * (kAzimuth + 1)), 0);
+    for (int j = 0; j < kHeight; ++j) {
+        double row = 0;
+        float *cdf = columnCdf_.data() + static_cast<ptrdiff_t>(j) * (kAzimuth + 1);
+        for (int i = 0; i < kAzimuth; ++i) {
+            const auto at = [&](int y, int x) { return corner[static_cast<size_t>(y * (kAzimuth + 1) + x)]; };
+            const Point3f a = at(j, i), b = at(j, i + 1), c = at(j + 1, i), d = at(j + 1, i + 1);
+            const float area = (Cross(b - a, c - a).Length() + Cross(b - d, c - d).Length()) / 2;
+            row += static_cast<double>(area * HairDensity((a + b + c + d) * 0.25f));
+            cdf[i + 1] = static_cast<float>(row);
+        }
+        if (row > 0)
+            for (int i = 0; i <= kAzimuth; ++i)
+                cdf[i] /= static_cast<float>(row);
+        total += row;
+        rowCdf_[static_cast<size_t>(j) + 1] = static_cast<float>(total);
+    }
+    area_ = static_cast<float>(total);
+    for (float &v : rowCdf_)
+        v /= area_;
+}
+
+ScalpPoint Scalp::Sample(float u, float v) const {
+    const auto invert = [](const float *cdf, int n, float x) {
+        const float *upper = std::upper_bound(cdf, cdf + n + 1, x);
+        const ptrdiff_t cell = std::clamp<ptrdiff_t>(upper - cdf - 1, 0, n - 1);
+        const float width = cdf[cell + 1] - cdf[cell];
+        return std::pair<int, float>(static_cast<int>(cell),
+                                     width > 0 ? std::min((x - cdf[cell]) / width, 1.f) : 0.5f);
+    };
+    const auto [row, fv] = invert(rowCdf_.data(), kHeight, v);
+    const auto [column, fu] =
+        invert(columnCdf_.data() + static_cast<ptrdiff_t>(row) * (kAzimuth + 1), kAzimuth, u);
+    ScalpPoint s;
+    s.p = SurfaceAlong(2 * Pi * (static_cast<float>(column) + fu) / kAzimuth - Pi,
+                       1 - 2 * (static_cast<float>(row) + fv) / static_cast<float>(kHeight));
+    s.n = HeadNormal(s.p);
+    s.density = HairDensity(s.p);
+    return s;
+}
+
+HeadMesh MakeHeadMesh(float spacing) {
+    if (!(spacing >= 0.05f && spacing <= 5))
+        throw Error("the spacing of the head's mesh must lie between 0.05 and 5 (cm)");
+    // Surface nets: one vertex in every cell that the surface crosses, one quad for every crossed edge; then each
+    // vertex is moved onto the zero set along the gradient.
+    const Point3f low{-24, kCutHeight - 1.5f, -15}, high{24, 14, 14};
+    const int nx = static_cast<int>((high.x - low.x) / spacing) + 2,
+              ny = static_cast<int>((high.y - low.y) / spacing) + 2,
+              nz = static_cast<int>((high.z - low.z) / spacing) + 2;
+    const auto index = [&](int x, int y, int z) {
+        return static_cast<size_t>(x) +
+               static_cast<size_t>(nx) *
+                   (static_cast<size_t>(y) + static_cast<size_t>(ny) * static_cast<size_t>(z));
+    };
+    const auto corner = [&](int x, int y, int z) {
+        return low + Vector3f{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} * spacing;
+    };
+    std::vector<float> value(static_cast<size_t>(nx) * static_cast<size_t>(ny) * static_cast<size_t>(nz));
+    for (int z = 0; z < nz; ++z)
+        for (int y = 0; y < ny; ++y)
+            for (int x = 0; x < nx; ++x)
+                value[index(x, y, z)] = HeadDistance(corner(x, y, z));
+
+    HeadMesh mesh;
+    constexpr uint32_t kNone = ~0u;
+    std::vector<uint32_t> vertex(value.size(), kNone);
+    for (int z = 0; z + 1 < nz; ++z)
+        for (int y = 0; y + 1 < ny; ++y)
+            for (int x = 0; x + 1 < nx; ++x) {
+                Vector3f sum;
+                int crossings = 0;
+                for (int axis = 0; axis < 3; ++axis)
+                    for (int k = 0; k < 4; ++k) {
+                        int a[3] = {x, y, z};
+                        a[(axis + 1) % 3] += k & 1;
+                        a[(axis + 2) % 3] += k >> 1;
+                        int b[3] = {a[0], a[1], a[2]};
+                        ++b[axis];
+                        const float va = value[index(a[0], a[1], a[2])], vb = value[index(b[0], b[1], b[2])];
+                        if ((va < 0) == (vb < 0))
+                            continue;
+                        sum += Lerp(va / (va - vb), 0.f, 1.f) *
+                                   (corner(b[0], b[1], b[2]) - corner(a[0], a[1], a[2])) +
+                               corner(a[0], a[1], a[2]);
+                        ++crossings;
+                    }
+                if (crossings == 0)
+                    continue;
+                vertex[index(x, y, z)] = static_cast<uint32_t>(mesh.points.size());
+                mesh.points.push_back(sum / static_cast<float>(crossings));
+            }
+    for (Point3f &p : mesh.points) {
+        for (int i = 0; i < 8; ++i) {
+            const float d = HeadDistance(p);
+            if (std::abs(d) < 2e-4f)
+                break;
+            p -= HeadNormal(p) * d;
+        }
+        mesh.normals.push_back(HeadNormal(p));
+    }
+    for (int z = 1; z + 1 < nz; ++z)
+        for (int y = 1; y + 1 < ny; ++y)
+            for (int x = 1; x + 1 < nx; ++x)
+                for (int axis = 0; axis < 3; ++axis) {
+                    int b[3] = {x, y, z};
+                    ++b[axis];
+                    const bool inside = value[index(x, y, z)] < 0;
+                    if (inside == (value[index(b[0], b[1], b[2])] < 0))
+                        continue;
+                    // The four cells around this edge.
+                    uint32_t q[4];
+                    for (int k = 0; k < 4; ++k) {
+                        int c[3] = {x, y, z};
+                        c[(axis + 1) % 3] -= (k == 1 || k == 2) ? 1 : 0;
+                        c[(axis + 2) % 3] -= k >= 2 ? 1 : 0;
+                        q[k] = vertex[index(c[0], c[1], c[2])];
+                    }
+                    if (!inside)
+                        std::swap(q[1], q[3]);
+                    mesh.indices.insert(mesh.indices.end(), {q[0], q[1], q[2], q[0], q[2], q[3]});
+                }
+    return mesh;
+}
+
+void WritePly(const std::string &filename, const HeadMesh &mesh) {
+    OutputFile out(filename);
+    out.Write("ply\nformat binary_little_endian 1.0\ncomment written by Cuticle, units: cm\nelement vertex " +
+              std::to_string(mesh.points.size()) +
+              "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float "
+              "ny\nproperty float "
+              "nz\nelement face " +
+              std::to_string(mesh.indices.size() / 3) +
+              "\nproperty list uchar int vertex_indices\nend_header\n");
+    std::string bytes;
+    const auto put = [&](const auto &v) { bytes.append(reinterpret_cast<const char *>(&v), sizeof v); };
+    for (size_t i = 0; i < mesh.points.size(); ++i) {
+        put(mesh.points[i]);
+        put(mesh.normals[i]);
+    }
+    for (size_t i = 0; i < mesh.indices.size(); i += 3) {
+        put(static_cast<uint8_t>(3));
+        for (size_t k = 0; k < 3; ++k)
+            put(mesh.indices[i + k]);
+    }
+    out.Write(bytes);
+    out.Commit();
+}
+
+} // namespace cuticle

@@ -1,0 +1,40 @@
+// Procedural grooms: heads of hair, a fur ball, a hair cube, a ball of random strands.
+#pragma once
+
+#include "grooms/groom.h"
+#include "grooms/groom_params.h"
+
+#include <memory>
+
+namespace cuticle {
+
+// Makes strands on demand: every strand depends on the parameters and its number alone, so that any range, in any
+// order, on any number of threads gives the same bits; a writer can stream 10^7 of them through little memory.
+class StrandSource {
+  public:
+    virtual ~StrandSource() = default;
+    virtual size_t StrandCount() const = 0;
+    virtual size_t PointsPerStrand() const = 0;
+    // Writes the PointsPerStrand() points of one strand, root to tip. Safe from any thread.
+    virtual void Strand(size_t index, Point3f *points) const = 0;
+    // Full widths at root and tip.
+    std::array<float, 2> Width() const { return width_; }
+    // The strands [begin, end), made in parallel.
+    Groom Range(size_t begin, size_t end) const;
+
+  protected:
+    std::array<float, 2> width_{};
+};
+
+// Throws Error for parameters out of the table's ranges or a kind or style that does not exist.
+std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params);
+
+// All strands at once.
+Groom MakeGroom(const GroomParams &params);
+
+// On a head the points of a strand keep this far outside (cm), except within kRootZone of the root, which itself
+// lies kRootDepth under the skin; so no point is deeper than kRootDepth.
+inline constexpr float kHeadClearance = 0.03f;
+inline constexpr float kRootDepth = 0.04f;
+
+} // namespace cuticle
