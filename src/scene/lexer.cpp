@@ -240,9 +240,7 @@ std::string_view Lexer::Line(const char *at) const {
 }
 
 void Lexer::Fail(const char *at, const std::string &message) const {
-    const FileLoc loc = Loc(at);
-    const std::string_view line = Line(at);
-    throw Error(loc, message, line.empty() ? std::string_view(" ") : line);
+    throw Error(Loc(at), message, Line(at));
 }
 
 Token Lexer::Next() {
@@ -270,8 +268,8 @@ Token Lexer::Scan() {
             ++p;
         if (*p != '#')
             break;
-        const void *newline = std::memchr(p, '\n', static_cast<size_t>(end_ - p));
-        p = newline ? static_cast<const char *>(newline) + 1 : end_;
+        while (p < end_ && *p != '\n' && *p != '\r')
+            ++p;
     }
     Token t;
     t.begin = p;

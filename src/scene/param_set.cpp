@@ -95,6 +95,12 @@ std::vector<Point3f> Triples(const Param *p) {
 
 } // namespace
 
+std::string ResolveFilename(const std::string &folder, const std::string &name) {
+    if (name.empty() || name[0] == '/' || folder.empty())
+        return name;
+    return folder.back() == '/' ? folder + name : folder + "/" + name;
+}
+
 const Param *ParamSet::Find(std::string_view name) const {
     for (const Param &p : params)
         if (p.name == name)
@@ -211,10 +217,7 @@ std::vector<Normal3f> ParamSet::FindNormals(std::string_view name) const {
 }
 
 std::string ParamSet::FindFilename(std::string_view name) const {
-    const std::string file = FindString(name, "");
-    if (file.empty() || file[0] == '/' || !folder || folder->empty())
-        return file;
-    return folder->back() == '/' ? *folder + file : *folder + "/" + file;
+    return ResolveFilename(folder ? *folder : "", FindString(name, ""));
 }
 
 void ParamSet::ReportUnused(const std::string &what) const {

@@ -44,6 +44,10 @@ struct Param {
     mutable bool used = false;
 };
 
+// The path of a file that a scene names: an absolute name as it is, any other joined to the folder of the top-level
+// scene file, as pbrt-v3 does wherever the directive stands. folder "": the working directory.
+std::string ResolveFilename(const std::string &folder, const std::string &name);
+
 // Getters give the value or the default, mark the parameter as read, and report a wrong type or count as an Error
 // at its place. Names are unique within a set (the last one wins, with a warning).
 class ParamSet {
@@ -74,8 +78,8 @@ class ParamSet {
     std::vector<Point2f> FindPoint2fs(std::string_view name) const; // point2, vector2, or a plain float array
     std::vector<Point3f> FindPoint3fs(std::string_view name) const;
     std::vector<Normal3f> FindNormals(std::string_view name) const;
-    // The file named by a string parameter: an absolute name as it is, any other joined to `folder` as pbrt-v3 does
-    // wherever the directive stood; "" when absent. For files that are read (Film's output name is a FindString).
+    // The file named by a string parameter, resolved against `folder`; "" when absent. For files that are read
+    // (Film's output name is a FindString).
     std::string FindFilename(std::string_view name) const;
 
     // A warning for each parameter that nobody read: "what" is the directive ("Shape \"sphere\"").

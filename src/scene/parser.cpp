@@ -43,7 +43,7 @@ const PluginNames &Names(PluginKind kind) {
         {"Accelerator", {"bvh", "kdtree"}, {}, {"grid", "none"}},
         {"Shape",
          {"curve", "trianglemesh", "plymesh", "sphere", "disk", "cylinder", "cone", "paraboloid",
-          "hyperboloid", "heightfield", "loopsubdiv", "nurbs", "hairfile"},
+          "hyperboloid", "heightfield", "loopsubdiv", "nurbs", "hairfile", "groom"},
          {"bilinearmesh"},
          {}},
         {"Material",
@@ -275,6 +275,7 @@ class Parser {
     [[noreturn]] void Fail(const char *at, const std::string &message) { lexer().Fail(at, message); }
     [[noreturn]] void Fail(const Token &at, const std::string &message) { lexer().Fail(at.begin, message); }
     FileLoc Loc(const Token &t) { return lexer().Loc(t.begin); }
+    const char *Place(const Token &directive, const Param &p);
 
     void Push(std::unique_ptr<TextSource> source, const std::string &canonical);
     void ParseAll();
@@ -315,7 +316,7 @@ class Parser {
     // Materials.
     int AddMaterial(MaterialEntity material);
     int ShapeMaterial(const std::string &shapeType, const ParamSet &params);
-    void ResolveMix(MaterialEntity *material);
+    void ResolveMix(const Token &word, MaterialEntity *material);
     ShapeState CurrentState(int material);
 
     // Curves.
@@ -379,6 +380,23 @@ std::string Describe(const Token &t) {
     default:
         return "\"" + std::string(t.text.substr(0, 60)) + "\"";
     }
+}
+
+// ". Did you mean ...?" from the names that a scene has defined, "" where there are none.
+template <typename Map>
+std::string Suggest(string_view name, std::initializer_list<Map *> maps) {
+    std::vector<string_view> known;
+    for (Map *map : maps)
+        for (const auto &entry : *map)
+            known.push_back(entry.first);
+    if (known.empty())
+        return "";
+    std::sort(known.begin(), known.end());
+    // A name far from all others is answered with a list, which should stay readable.
+    std::string s = Suggestion(name, known.data(), known.size());
+    if (s.starts_with(" Known") && known.size() > 20)
+        s = Suggestion(name, known.data(), 20);
+    return "." + s;
 }
 
 std::string NotANumberHint(string_view word) {
@@ -561,6 +579,16 @@ std::string Parser::ReadPluginName(const Token &word, PluginKind kind) {
     return name;
 }
 
+// Where a parameter of the directive just read stands in the text.
+const char *Parser::Place(const Token &directive, const Param &p) {
+    const char *at = directive.begin, *const end = lexer().Source().End();
+    for (uint32_t line = Loc(directive).line; line < p.loc.line; ++line)
+        at = static_cast<const char *>(std::memchr(at, '\n', static_cast<size_t>(end - at))) + 1;
+    while (at > lexer().Source().Begin() && at[-1] != '\n')
+        --at;
+    return at + p.loc.column - 1;
+}
+
 ParamSet Parser::ReadParams(const Token &word) {
     ParamSet set;
     set.loc = Loc(word);
@@ -689,14 +717,8 @@ void Parser::ReadParam(ParamSet *set) {
         p.floatTexture = f == state_.floatTextures->end() ? -1 : f->second;
         p.spectrumTexture = s == state_.spectrumTextures->end() ? -1 : s->second;
         if (p.floatTexture < 0 && p.spectrumTexture < 0 && !missingFile_) {
-            std::vector<string_view> known;
-            for (const auto &map : {state_.floatTextures, state_.spectrumTextures})
-                for (const auto &entry : *map)
-                    known.push_back(entry.first);
-            std::sort(known.begin(), known.end());
-            known.resize(std::min<size_t>(known.size(), 20));
-            Fail(at[0], "no texture " + Quoted(name) + " has been defined here." +
-                            (known.empty() ? "" : Suggestion(name, known.data(), known.size())));
+            Fail(at[0], "no texture " + Quoted(name) + " has been defined here" +
+                            Suggest(name, {state_.floatTextures.get(), state_.spectrumTextures.get()}));
         }
         break;
     }
@@ -773,13 +795,14 @@ void Parser::ToSpectrum(Param *p, Spelling spelling, const Token &declaration,
                     Fail(at[i],
                          "the named spectrum " + Quoted(name) +
                              " is pbrt-v4: this looks like a pbrt-v4 scene, and Cuticle reads pbrt-v3");
-            const std::string path = name.starts_with("/") || folder_->empty() ? name : *folder_ + "/" + name;
+            const std::string path = ResolveFilename(*folder_, name);
             auto it = spectrumFiles_.find(path);
             if (it == spectrumFiles_.end()) {
                 std::error_code ec;
-                missingFile_ = !std::filesystem::exists(path, ec) || missingFile_;
-                if (!std::filesystem::exists(path, ec))
+                if (!std::filesystem::exists(path, ec)) {
+                    missingFile_ = true;
                     Fail(at[i], "cannot open the spectrum file \"" + path + "\": No such file or directory");
+                }
                 const Spectrum s = ReadSPD(path);
                 it = spectrumFiles_.emplace(path, std::array<double, 3>{s[0], s[1], s[2]}).first;
             }
@@ -882,12 +905,8 @@ void Parser::ParseDirective(const Token &word) {
             ctm_ = it->second;
             curveTransformKnown_ = false;
         } else if (!missingFile_) {
-            std::vector<string_view> known;
-            for (const auto &entry : coordinateSystems_)
-                known.push_back(entry.first);
-            std::sort(known.begin(), known.end());
-            Fail(t, "no coordinate system " + Quoted(name) + " has been named." +
-                        (known.empty() ? "" : Suggestion(name, known.data(), known.size())));
+            Fail(t, "no coordinate system " + Quoted(name) + " has been named" +
+                        Suggest(name, {&coordinateSystems_}));
         }
         break;
     }
@@ -966,7 +985,7 @@ void Parser::ParseDirective(const Token &word) {
         MaterialEntity m;
         m.type = ReadPluginName(word, PluginKind::Material);
         m.params = ReadParams(word);
-        ResolveMix(&m);
+        ResolveMix(word, &m);
         state_.material = AddMaterial(std::move(m));
         break;
     }
@@ -1032,7 +1051,7 @@ void Parser::Include(const Token &word) {
     const Token t = lexer().Peek();
     const std::string name = ReadString(word, "a file name");
     const FileLoc loc = Loc(t);
-    const std::string path = name.starts_with("/") || folder_->empty() ? name : *folder_ + "/" + name;
+    const std::string path = ResolveFilename(*folder_, name);
     if (files_.size() >= kDeepestInclude)
         Fail(t, "Include goes " + std::to_string(kDeepestInclude) + " files deep here, which is too deep");
     if (++includes_ > kMostIncludes)
@@ -1112,13 +1131,7 @@ void Parser::ObjectInstance(const Token &word) {
     if (it == objects_.end()) {
         if (missingFile_)
             return;
-        std::vector<string_view> known;
-        for (const auto &entry : objects_)
-            known.push_back(entry.first);
-        std::sort(known.begin(), known.end());
-        known.resize(std::min<size_t>(known.size(), 20));
-        Fail(t, "no object " + Quoted(name) + " has been defined." +
-                    (known.empty() ? "" : Suggestion(name, known.data(), known.size())));
+        Fail(t, "no object " + Quoted(name) + " has been defined" + Suggest(name, {&objects_}));
     }
     const FileLoc loc = Loc(word);
     scene_.instances.push_back({it->second, Current(loc), loc});
@@ -1134,8 +1147,8 @@ void Parser::MakeNamedMaterial(const Token &word) {
         Fail(word, "MakeNamedMaterial needs a parameter \"string type\" with the type of the material");
     type->used = true;
     m.type = type->strings[0];
-    CheckPluginName(PluginKind::Material, m.type, word.begin);
-    ResolveMix(&m);
+    CheckPluginName(PluginKind::Material, m.type, Place(word, *type));
+    ResolveMix(word, &m);
     if (state_.namedMaterials->count(m.name))
         Warning(m.params.loc, "named material redefined",
                 "named material " + Quoted(m.name) + " is defined again");
@@ -1153,15 +1166,11 @@ void Parser::NamedMaterial(const Token &word) {
     if (it != state_.namedMaterials->end()) {
         state_.material = it->second;
     } else if (!missingFile_) {
-        std::vector<string_view> known;
-        for (const auto &entry : *state_.namedMaterials)
-            known.push_back(entry.first);
-        std::sort(known.begin(), known.end());
-        known.resize(std::min<size_t>(known.size(), 20));
         // Scenes that people share do this, and pbrt-v3 renders them; so it is no Error.
         Warning(Loc(t), "unknown named material",
-                "no material " + Quoted(name) + " has been defined here; the current one stays, as in pbrt-v3." +
-                    (known.empty() ? "" : Suggestion(name, known.data(), known.size())));
+                "no material " + Quoted(name) +
+                    " has been defined here; the current one stays, as in pbrt-v3" +
+                    Suggest(name, {state_.namedMaterials.get()}));
     }
 }
 
@@ -1200,7 +1209,7 @@ void Parser::Medium(const Token &word) {
         const ParamSet params = ReadParams(word);
         const Param *type = params.Find("type");
         if (type && type->type == ParamType::String && type->strings.size() == 1)
-            CheckPluginName(PluginKind::Medium, type->strings[0], word.begin);
+            CheckPluginName(PluginKind::Medium, type->strings[0], Place(word, *type));
     }
     Warning(Loc(word), "participating media",
             "participating media are not rendered; all space is taken as empty");
@@ -1268,24 +1277,20 @@ int Parser::AddMaterial(MaterialEntity material) {
     return it->second;
 }
 
-void Parser::ResolveMix(MaterialEntity *material) {
+void Parser::ResolveMix(const Token &word, MaterialEntity *material) {
     if (material->type != "mix")
         return;
     static constexpr const char *kNames[] = {"namedmaterial1", "namedmaterial2"};
     for (size_t i = 0; i < 2; ++i) {
         const Param *p = material->params.Find(kNames[i], ParamType::String);
         if (!p || p->strings.size() != 1)
-            throw Error(material->params.loc,
-                        std::string("Material \"mix\" needs \"string ") + kNames[i] + "\"",
-                        SourceLine(material->params.loc));
+            Fail(word, std::string("a material \"mix\" needs \"string ") + kNames[i] + "\"");
         const auto it = state_.namedMaterials->find(p->strings[0]);
         if (it != state_.namedMaterials->end())
             material->mixed[i] = it->second;
         else if (!missingFile_)
-            throw Error(p->loc,
-                        "no material " + Quoted(p->strings[0]) +
-                            " has been defined here by MakeNamedMaterial",
-                        SourceLine(p->loc));
+            Fail(Place(word, *p), "no material " + Quoted(p->strings[0]) + " has been defined here" +
+                                      Suggest(p->strings[0], {state_.namedMaterials.get()}));
     }
 }
 
@@ -1499,18 +1504,8 @@ void Parser::SlowCurve(const ParamSet &params, const Token &word, int material) 
     c.Clear();
     c.material = material;
     const auto fail = [&](const char *name, const std::string &message) {
-        // The text is still here: find the line of the parameter without reading the file again.
         const Param *p = params.Find(name);
-        if (!p)
-            Fail(word, message);
-        const char *at = word.begin;
-        for (uint32_t line = params.loc.line; line < p->loc.line; ++line)
-            at = static_cast<const char *>(
-                     std::memchr(at, '\n', static_cast<size_t>(lexer().Source().End() - at))) +
-                 1;
-        while (at > lexer().Source().Begin() && at[-1] != '\n')
-            --at;
-        Fail(at + p->loc.column - 1, message);
+        Fail(p ? Place(word, *p) : word.begin, message);
     };
     const auto typed = [&](const char *name, std::initializer_list<ParamType> types,
                            const char *how) -> const Param * {
