@@ -382,6 +382,11 @@ void CheckSizes(const Image &test, const Image &reference) {
     if (test.width <= 0 || test.height <= 0 || test.channels.empty() || reference.channels.empty())
         throw Error("a picture without pixels cannot be compared");
 }
+
+void CheckPixelsPerDegree(double pixelsPerDegree) {
+    if (!(pixelsPerDegree > 0 && pixelsPerDegree <= 10000))
+        throw Error("FLIP needs between 0 and 10000 pixels per degree");
+}
 //<
 
 } // namespace
@@ -389,6 +394,7 @@ void CheckSizes(const Image &test, const Image &reference) {
 //> Put the comparison together
 Comparison Compare(const Image &test, const Image &reference, const CompareOptions &options) {
     CheckSizes(test, reference);
+    CheckPixelsPerDegree(options.pixelsPerDegree);
     const Planes a = ToPlanes(test), b = ToPlanes(reference);
     const auto varianceA = Variances(test), varianceB = Variances(reference);
     const bool canTest = varianceA && varianceB;
@@ -408,6 +414,7 @@ Comparison Compare(const Image &test, const Image &reference, const CompareOptio
 
 std::vector<float> FLIP(const Image &test, const Image &reference, double pixelsPerDegree) {
     CheckSizes(test, reference);
+    CheckPixelsPerDegree(pixelsPerDegree);
     return FLIPOfPlanes(ToPlanes(test), ToPlanes(reference), pixelsPerDegree);
 }
 //<

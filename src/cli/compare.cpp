@@ -1,0 +1,157 @@
+// cuticle compare: how far is one picture from another, and is that too far?
+#include "render/compare.h"
+
+#include "cli/commands.h"
+#include "core/error.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+namespace cuticle {
+
+namespace {
+
+struct CompareArguments {
+    std::string test, reference, errorImage;
+    bool json = false;
+    double pixelsPerDegree = 67;
+    std::optional<double> maxMSE, maxRelativeMSE, maxMean, maxP99, maxFLIP, maxRejected;
+};
+
+struct Row {
+    const char *name;   // in the table
+    const char *key;    // in JSON
+    const char *option; // that limits it
+    std::optional<double> value, limit;
+    // NaN is beyond every limit.
+    bool Fails() const { return limit && !(value && *value <= *limit); }
+};
+
+std::string Number(const std::optional<double> &v) {
+    if (!v)
+        return "-";
+    char text[32];
+    std::snprintf(text, sizeof(text), "%.6g", *v);
+    return text;
+}
+
+void PrintTable(const std::vector<Row> &rows, const Comparison &c) {
+    std::printf("%-28s %14s %14s\n", "measure", "value", "limit");
+    for (const Row &row : rows)
+        std::printf("%-28s %14s %14s%s\n", row.name, Number(row.value).c_str(), Number(row.limit).c_str(),
+                    row.Fails() ? "  beyond the limit" : "");
+    std::printf("%-28s %14zu %14d%s\n", "pixels that are no numbers", c.badPixels, 0,
+                c.badPixels > 0 ? "  beyond the limit" : "");
+    if (c.zTest)
+        std::printf("%-28s %14s   (%zu pixels of %lld rejected at level %.3g each)\n", "z-test",
+                    c.zTest->passed ? "passed" : "failed", c.zTest->rejectedPixels,
+                    static_cast<long long>(c.width) * c.height, c.zTest->level);
+}
+
+void PrintJSON(const std::vector<Row> &rows, const Comparison &c, bool failed) {
+    nlohmann::ordered_json json;
+    json["width"] = c.width, json["height"] = c.height;
+    for (const Row &row : rows)
+        json[row.key] = row.value ? nlohmann::ordered_json(*row.value) : nlohmann::ordered_json();
+    json["bad_pixels"] = c.badPixels;
+    if (c.zTest) {
+        json["rejected_pixels"] = c.zTest->rejectedPixels;
+        json["z_test_level"] = c.zTest->level;
+        json["z_test_passed"] = c.zTest->passed;
+    }
+    nlohmann::ordered_json limits = nlohmann::ordered_json::object(),
+                           beyond = nlohmann::ordered_json::array();
+    for (const Row &row : rows) {
+        if (row.limit)
+            limits[row.key] = *row.limit;
+        if (row.Fails())
+            beyond.push_back(row.key);
+    }
+    if (c.badPixels > 0)
+        beyond.push_back("bad_pixels");
+    json["limits"] = limits, json["beyond"] = beyond, json["passed"] = !failed;
+    std::cout << json.dump(2) << "\n";
+}
+
+void RunCompare(const CompareArguments &a) {
+    const Image test = ReadImage(a.test), reference = ReadImage(a.reference);
+    CompareOptions options;
+    options.pixelsPerDegree = a.pixelsPerDegree;
+    const Comparison c = Compare(test, reference, options);
+    if (a.maxRejected && !c.zTest)
+        throw Error("--max-rejected needs the channels variance.R, .G and .B in both pictures (cuticle "
+                    "render --variance)");
+    const std::optional<double> rejected =
+        c.zTest ? std::optional(c.zTest->rejectedFraction) : std::optional<double>();
+    const std::vector<Row> rows = {
+        {"MSE", "mse", "--max-mse", c.mse, a.maxMSE},
+        {"relative MSE", "relative_mse", "--max-relmse", c.relativeMSE, a.maxRelativeMSE},
+        {"mean difference", "mean_difference", "--max-mean", c.meanDifference, a.maxMean},
+        {"99th percentile", "p99_difference", "--max-p99", c.p99Difference, a.maxP99},
+        {"FLIP", "flip", "--max-flip", c.flip, a.maxFLIP},
+        {"fraction rejected", "rejected_fraction", "--max-rejected", rejected, a.maxRejected}};
+    bool failed = c.badPixels > 0;
+    for (const Row &row : rows)
+        failed |= row.Fails();
+    if (!a.errorImage.empty())
+        WriteImage(a.errorImage, ErrorImage(test, reference, c));
+    if (a.json)
+        PrintJSON(rows, c, failed);
+    else
+        PrintTable(rows, c);
+
+    // Say which limit it was, apart from the numbers, so that a log shows it
+    std::cout.flush();
+    std::fflush(stdout);
+    for (const Row &row : rows)
+        if (row.Fails())
+            std::cerr << "beyond the limit: " << row.name << " is " << Number(row.value) << ", " << row.option
+                      << " allows " << Number(row.limit) << "\n";
+    if (c.badPixels > 0)
+        std::cerr << "beyond the limit: " << c.badPixels << " pixels are no finite numbers\n";
+    if (failed)
+        throw ExitStatus{1};
+}
+
+} // namespace
+
+void AddCompareCommand(CLI::App &app) {
+    auto a = std::make_shared<CompareArguments>();
+    CLI::App *c = app.add_subcommand("compare", "Compare a picture with a reference.");
+    c->add_option("A", a->test, "picture to judge (.exr, .pfm, .png, .tga, .hdr, .jpg)")->required();
+    c->add_option("B", a->reference, "reference of the same size")->required();
+    c->add_flag("--json", a->json, "print the measures as JSON instead of a table");
+    c->add_option("--error-image", a->errorImage,
+                  "write where they differ: FLIP as black, red, yellow, white; an .exr also holds channel "
+                  "flip and the differences")
+        ->type_name("FILE");
+    c->add_option(
+         "--pixels-per-degree", a->pixelsPerDegree,
+         "pixels in one degree of the viewer's eye, for FLIP (default: 67, a 4K screen 0.7 m wide at "
+         "0.7 m)")
+        ->check(CLI::Range(1., 1000.))
+        ->type_name("X");
+    const auto limit = [&](const char *name, std::optional<double> *value, const char *what) {
+        c->add_option(name, *value, what)->check(CLI::NonNegativeNumber)->type_name("X");
+    };
+    limit("--max-mse", &a->maxMSE, "largest mean squared error");
+    limit("--max-relmse", &a->maxRelativeMSE, "largest relative MSE, the mean of (A-B)^2 / (B^2 + 0.01)");
+    limit("--max-mean", &a->maxMean, "largest mean of |A-B|");
+    limit("--max-p99", &a->maxP99, "largest 99th percentile of |A-B|");
+    limit("--max-flip", &a->maxFLIP, "largest mean FLIP, 0 (same) to 1");
+    limit("--max-rejected", &a->maxRejected,
+          "largest fraction of pixels that the z-test rejects; needs variances in both pictures");
+    c->footer(
+        "Values are linear radiance, R, G and B; 8-bit pictures are decoded from sRGB to [0, 1]. The z-test\n"
+        "rejects a pixel where its difference is too large for the variances of both pictures, at a level\n"
+        "at which chance rejects any pixel at all in 1 of 100 pictures. A pixel that is NaN or infinite\n"
+        "always fails. Exit status: 0 within all limits, 1 beyond one or on an error.\n"
+        "Example: cuticle compare head.exr reference.exr --max-flip 0.05 --error-image error.png");
+    c->callback([a] { RunCompare(*a); });
+}
+
+} // namespace cuticle
