@@ -149,7 +149,7 @@ class Check:
 
 
 def mask_code(text):
-    """The text with everything between code marks blanked, line by line, but for the marks of fences."""
+    """The text without code: words between ` become x, lines between ``` become ```."""
     lines, fence = [], None
     for line in text.split("\n"):
         mark = re.match(r"\s*(```+|~~~+)", line)
@@ -161,7 +161,7 @@ def mask_code(text):
             if mark and mark[1].startswith(fence):
                 fence = None
         else:
-            lines.append(re.sub(r"(`+)(?!`).*?(?<!`)\1(?!`)", lambda m: "`" * len(m[0]), line))
+            lines.append(re.sub(r"(`+)(?!`).*?(?<!`)\1(?!`)", lambda m: "x" * len(m[0]), line))
     return "\n".join(lines)
 
 

@@ -70,6 +70,9 @@ class LiterateCheck(unittest.TestCase):
         self.assert_good({SOURCE: GOOD_SOURCE,
                           CHAPTER: GOOD_CHAPTER + "\n```\n⟨Nothing⟩\n⟨\n```\n\nWrite `⟨Name⟩` or ``⟨`Name⟩``.\n"})
 
+    def test_prose_may_begin_with_code(self):
+        self.assert_good({SOURCE: GOOD_SOURCE, CHAPTER: "Numbers can be added by\n`Add`.\n\n⟨Add two numbers⟩\n"})
+
     # --- sources -----------------------------------------------------------------------------------------------------
     def test_unclosed(self):
         self.assert_errors({SOURCE: "\n".join(["//> Outer", "int a;", "//> Add two numbers", "int b;", "//<", ""]),
