@@ -23,6 +23,12 @@ struct Lanes {
     CUTICLE_INLINE Lanes(Register r) : v(r) {}
     CUTICLE_INLINE explicit Lanes(float x) : v(x) {}
     CUTICLE_INLINE explicit Lanes(const std::array<float, 4> &a) : v(Register::load_unaligned(a.data())) {}
+    // Four numbers just computed: through registers, for a load of four would wait until four stores are done.
+    CUTICLE_INLINE Lanes(float a, float b, float c, float d) : v(Register::register_type{a, b, c, d}) {}
+    template <size_t lane>
+    CUTICLE_INLINE float Get() const {
+        return static_cast<Register::register_type>(v)[lane];
+    }
     CUTICLE_INLINE Integers Bits() const { return xsimd::bitwise_cast<Integers>(v); }
     CUTICLE_INLINE static Lanes FromBits(Integers bits) { return xsimd::bitwise_cast<Register>(bits); }
     CUTICLE_INLINE std::array<float, 4> Array() const {
@@ -144,31 +150,30 @@ void SetUp(const HairParameters &parameters, HairSetup &setup) {
     setup.h = parameters.h, setup.eta = parameters.eta;
     setup.cosGammaO = std::sqrt((1 - parameters.h) * (1 + parameters.h));
     setup.etaSquaredMinusOne = (parameters.eta - 1) * (parameters.eta + 1);
-    setup.sigmaA = {parameters.sigmaA[0], parameters.sigmaA[1], parameters.sigmaA[2], 0};
+    setup.sigmaA = Lanes(parameters.sigmaA[0], parameters.sigmaA[1], parameters.sigmaA[2], 0).Array();
     //> Compute what depends on the roughnesses
     // v of TRT serves the last lobe too, so a lane is free for the logistic's exp(-pi/s).
-    setup.v = LongitudinalVariance(parameters.betaM);
+    const Lanes v =
+        Max(Lanes(UnscaledVariance(parameters.betaM)) * Lanes(1, 0.25f, 4, 4), Lanes(kSmallestV<float>));
     setup.s = AzimuthalScale(parameters.betaN);
     const float invS = 1 / setup.s;
-    const Lanes invV = Lanes(1.f) / Lanes(setup.v);
-    std::array<float, 4> exponents = (Lanes(-2.f) * invV).Array();
-    exponents[3] = -Pi * invS;
-    const ExpPair pair = ExpBoth(Lanes(exponents));
-    const std::array<float, 4> exps = pair.exp.Array();
-    setup.mpMass = (-pair.expm1).Array();
-    setup.mpMass[3] = setup.mpMass[2];
-    setup.invV = invV.Array();
-    setup.mpNorm = (invV / Lanes(setup.mpMass)).Array();
+    const Lanes invV = Lanes(1.f) / v, exponents = Lanes(-2.f) * invV;
+    const ExpPair e = ExpBoth(Lanes(exponents.Get<0>(), exponents.Get<1>(), exponents.Get<2>(), -Pi * invS));
+    const Lanes mass(-e.expm1.Get<0>(), -e.expm1.Get<1>(), -e.expm1.Get<2>(), -e.expm1.Get<2>());
+    setup.v = v.Array(), setup.mpMass = mass.Array();
+    setup.invV = invV.Array(), setup.mpNorm = (invV / mass).Array();
     //<
     //> Compute the factors of the logistic
     // Trimmed to [-pi, pi] it is 1 / (1 - npTail) times larger; the last lobe is constant, 1 / (2 pi).
-    setup.npTail = 2 * exps[3] / (1 + exps[3]);
-    const float norm = invS / (1 - setup.npTail);
-    setup.invS = {invS, invS, invS, 0};
-    setup.npNorm = {norm, norm, norm, 2 / Pi};
+    const float beyond = e.exp.Get<3>(), onePlus = 1 + beyond;
+    setup.npTail = 2 * beyond / onePlus;
+    const float norm = invS * onePlus / -e.expm1.Get<3>();
+    setup.invS = Lanes(invS, invS, invS, 0).Array();
+    setup.npNorm = Lanes(norm, norm, norm, 2 / Pi).Array();
     //<
     //> Compute the tilts of the scales
-    const SinCosine<Lanes> tilt = SinCosTurns(Lanes(TiltInTurns(parameters.alpha, parameters.tilt)));
+    const SinCosine<Lanes> tilt =
+        SinCosTurns(Lanes(AlphaInTurns(parameters.alpha, parameters.tilt)) * Lanes(kTiltInAlpha));
     setup.sinTilt = tilt.sin.Array(), setup.cosTilt = tilt.cos.Array();
     //<
 }
@@ -198,9 +203,10 @@ CUTICLE_INLINE View Look(const HairSetup &setup, const Vector3f &wo) {
     view.y = Lanes(kLuminance[0]) * view.r + Lanes(kLuminance[1]) * view.g + Lanes(kLuminance[2]) * view.b;
     view.sumY = xsimd::hadd(view.y.v);
     //<
-    const PhiOnCircle<float> turns =
+    const PhiOnCircle<float> turn =
         TurnsOfPaths(setup.h, setup.cosGammaO, inside.sinGammaT, inside.cosGammaT);
-    view.phi = {Lanes(turns.sin), Lanes(turns.cos)};
+    view.phi = {Lanes(turn.sin[0], turn.sin[1], turn.sin[2], turn.sin[3]),
+                Lanes(turn.cos[0], turn.cos[1], turn.cos[2], turn.cos[3])};
     return view;
 }
 //<
@@ -253,7 +259,7 @@ HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<fl
     const double inLog = 1 - (1 - static_cast<double>(u[2])) * static_cast<double>(setup.mpMass[q]);
     const float x = std::max(-2.f, setup.v[q] * static_cast<float>(std::log(std::max(inLog, 1e-30))));
     const float dPhi = q < 3 ? SampleTrimmedLogistic(u[1], setup.s, setup.npTail) : Pi * (2 * u[1] - 1);
-    const SinCosine<Lanes> both = SinCosTurns(Lanes(std::array<float, 4>{u[3], dPhi / (2 * Pi), 0, 0}));
+    const SinCosine<Lanes> both = SinCosTurns(Lanes(u[3], dPhi / (2 * Pi), 0, 0));
     const std::array<float, 4> sines = both.sin.Array(), cosines = both.cos.Array();
     //<
     //> Turn from the tilted mirror direction to $\theta_i$
@@ -266,13 +272,15 @@ HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<fl
     const float sine = sines[1] * cosTurn[q] + cosines[1] * sinTurn[q];
     const float scale = 1.5f - 0.5f * (cosine * cosine + sine * sine); // back to length 1
     const SinCosine<float> phi{sine * scale, cosine * scale};
-    *wi = {theta.sin + doubt, theta.cos * (view.o.cosPhi * phi.cos - view.o.sinPhi * phi.sin) + doubt,
-           theta.cos * (view.o.sinPhi * phi.cos + view.o.cosPhi * phi.sin) + doubt};
+    const float size = theta.cos / (view.o.cosTheta > 0 ? view.o.cosTheta : 1);
+    *wi = {theta.sin + doubt, size * (view.o.y * phi.cos - view.o.z * phi.sin) + doubt,
+           size * (view.o.z * phi.cos + view.o.y * phi.sin) + doubt};
     //<
     //> Evaluate at the drawn angles
-    std::array<float, 4> absDPhi = FromCentre(view, phi).Array();
-    absDPhi[q] = std::abs(dPhi);
-    return Gather(setup, view, theta.sin, theta.cos, Lanes(absDPhi), doubt);
+    const Lanes chosen(static_cast<float>(q)), lane(0, 1, 2, 3);
+    const Lanes absDPhi =
+        Select(Abs(lane - chosen) < Lanes(0.5f), Lanes(std::abs(dPhi)), FromCentre(view, phi));
+    return Gather(setup, view, theta.sin, theta.cos, absDPhi, doubt);
     //<
 }
 //<

@@ -28,12 +28,15 @@ template <typename T>
 inline constexpr T kSmallestV = T(1) / (1 << 30);
 
 template <typename T>
-CUTICLE_INLINE std::array<T, kLobes> LongitudinalVariance(T betaM) {
+CUTICLE_INLINE T UnscaledVariance(T betaM) {
     const T b2 = betaM * betaM, b4 = b2 * b2, b8 = b4 * b4, b16 = b8 * b8;
-    const T v = Sqr(T(0.726L) * betaM + T(0.812L) * b2 + T(3.7L) * (b16 * b4));
-    const auto floored = [](T x) { return std::max(x, kSmallestV<T>); };
-    // Refraction narrows TT; every reflection inside widens what follows.
-    return {floored(v), floored(v / 4), floored(4 * v), floored(4 * v)};
+    return Sqr(T(0.726L) * betaM + T(0.812L) * b2 + T(3.7L) * (b16 * b4));
+}
+// Refraction narrows TT; every reflection inside widens what follows.
+template <typename T>
+std::array<T, kLobes> LongitudinalVariance(T betaM) {
+    const T v = UnscaledVariance(betaM), floor = kSmallestV<T>;
+    return {std::max(v, floor), std::max(v / 4, floor), std::max(4 * v, floor), std::max(4 * v, floor)};
 }
 //<
 
@@ -110,13 +113,11 @@ CUTICLE_INLINE SinCosine<T> TurnFromAxis(T x, T sinPsi, T cosPsi, T sinThetaO, T
 // by 2 alpha toward the root, TT by alpha and TRT by 4 alpha toward the tip; orders beyond lean all ways.
 inline constexpr std::array<float, kLobes> kTiltInAlpha = {2, -1, -4, 0};
 
-// The angle of lobe p in turns. alpha in degrees, of any size: whole turns are taken off first.
+// alpha, given in degrees and of any size, in turns, with the sign of the convention. Whole turns are taken off first.
 template <typename T>
-CUTICLE_INLINE std::array<T, kLobes> TiltInTurns(T alpha, ScaleTilt tilt) {
-    const T whole = std::trunc(alpha / 360);
-    const T turns = (alpha - 360 * whole) / (tilt == ScaleTilt::RootToTip ? 360 : -360);
-    return {kTiltInAlpha[0] * turns, kTiltInAlpha[1] * turns, kTiltInAlpha[2] * turns,
-            kTiltInAlpha[3] * turns};
+CUTICLE_INLINE T AlphaInTurns(T alpha, ScaleTilt tilt) {
+    const T whole = std::abs(alpha) < 360 ? T(0) : std::trunc(alpha / 360);
+    return (alpha - 360 * whole) / (tilt == ScaleTilt::RootToTip ? 360 : -360);
 }
 
 // sin and cos of theta_o + tilt. An angle beyond the pole, with its negative cosine, is the same height on the other
@@ -147,7 +148,7 @@ CUTICLE_INLINE Refraction<T> Refract(T cosThetaO, T h, T cosGammaO, T eta, T eta
     const T eSquared = std::max(T(1e-36L), etaSquaredMinusOne + cosO * cosO);
     const T invE = 1 / std::sqrt(eSquared);
     const T sinGammaT = std::clamp(h * cosO * invE, T(-1), T(1));
-    return {cosIncident, t, sinGammaT, std::min(t * invE, T(1)), 2 * eta * t / eSquared};
+    return {cosIncident, t, sinGammaT, std::min(t * invE, T(1)), 2 * eta * t * invE * invE};
 }
 //<
 
@@ -284,23 +285,22 @@ T Np(T phi, int p, T s, T gammaO, T gammaT) {
 //<
 
 //> Split a direction into its angles
-// Unit vectors are asked for. cos theta is the length across the fiber, right also where sin theta is nearly 1.
-// Straight along the fiber (closer than 1e-19) the azimuth is taken as 0.
+// Unit vectors are asked for. cos theta is the length across the fiber, right also where sin theta is nearly 1. The
+// azimuth stays a vector (y, z) across the fiber, of any length. Straight along the fiber (closer than 1e-19) it is
+// taken as (1, 0).
 template <typename T>
 struct FiberAngles {
-    T sinTheta, cosTheta, cosPhi, sinPhi;
+    T sinTheta, cosTheta, y, z;
 };
 template <typename T>
 CUTICLE_INLINE FiberAngles<T> AnglesOf(T x, T y, T z) {
     const T cosTheta = std::sqrt(y * y + z * z);
-    const T inverse = 1 / std::max(cosTheta, std::numeric_limits<T>::min());
-    const bool pole = !(cosTheta > 0);
-    return {x, cosTheta, pole ? T(1) : y * inverse, pole ? T(0) : z * inverse};
+    return {x, cosTheta, cosTheta > 0 ? y : T(1), z};
 }
-// phi_i - phi_o as a point on the circle.
+// phi_i - phi_o as a vector of any length, its sine and cosine scaled.
 template <typename T>
 CUTICLE_INLINE SinCosine<T> RelativeAzimuth(const FiberAngles<T> &o, const FiberAngles<T> &i) {
-    return {o.cosPhi * i.sinPhi - o.sinPhi * i.cosPhi, o.cosPhi * i.cosPhi + o.sinPhi * i.sinPhi};
+    return {o.y * i.z - o.z * i.y, o.y * i.y + o.z * i.z};
 }
 //<
 
@@ -362,10 +362,10 @@ HairLobes<T>::HairLobes(const HairParameters &parameters)
       npTail(LogisticTail(s)) {
     for (size_t c = 0; c < 3; ++c)
         sigmaA[c] = T(parameters.sigmaA[c]);
-    const std::array<T, kLobes> turns = TiltInTurns(T(parameters.alpha), parameters.tilt);
+    const T alpha = 2 * kPi<T> * AlphaInTurns(T(parameters.alpha), parameters.tilt);
     for (size_t p = 0; p < kLobes; ++p) {
-        sinTilt[p] = std::sin(2 * kPi<T> * turns[p]);
-        cosTilt[p] = std::cos(2 * kPi<T> * turns[p]);
+        sinTilt[p] = std::sin(T(kTiltInAlpha[p]) * alpha);
+        cosTilt[p] = std::cos(T(kTiltInAlpha[p]) * alpha);
     }
 }
 //<
@@ -469,8 +469,8 @@ typename HairLobes<T>::Value HairLobes<T>::Sample(const Vector3<T> &wo, std::arr
     const PhiOnCircle<T> turn = TurnsOfPaths(h, cosGammaO, inside.sinGammaT, inside.cosGammaT);
     const T c = std::cos(dPhiQ), d = std::sin(dPhiQ);
     const T cosPhi = c * turn.cos[q] - d * turn.sin[q], sinPhi = d * turn.cos[q] + c * turn.sin[q];
-    *wi = {thetaI.sin, thetaI.cos * (o.cosPhi * cosPhi - o.sinPhi * sinPhi),
-           thetaI.cos * (o.sinPhi * cosPhi + o.cosPhi * sinPhi)};
+    const T scale = thetaI.cos / std::hypot(o.y, o.z);
+    *wi = {thetaI.sin, scale * (o.y * cosPhi - o.z * sinPhi), scale * (o.z * cosPhi + o.y * sinPhi)};
     //<
     //> Evaluate at the sampled angles
     // Not at those of *wi: rounding to a vector would change the azimuth by many parts of a narrow lobe's width.
