@@ -632,9 +632,16 @@ void Parser::ReadParam(ParamSet *set) {
              "a parameter is written \"type name\" value, as in \"float fov\" 30; found " + Quoted(text));
     const auto type = std::find_if(kParamTypes.begin(), kParamTypes.end(),
                                    [&](const ParamTypeName &t) { return t.name == typeName; });
-    if (type == kParamTypes.end())
+    if (type == kParamTypes.end()) {
+        // The beginning of a type ("int") says more than its edit distance to the others.
+        const auto begun =
+            std::find_if(kParamTypeNames.begin(), kParamTypeNames.end(),
+                         [&](string_view name) { return typeName.size() > 1 && name.starts_with(typeName); });
         Fail(declaration, "parameter type " + Quoted(typeName) + " is not known." +
-                              Suggestion(typeName, kParamTypeNames.data(), kParamTypeNames.size()));
+                              (begun != kParamTypeNames.end()
+                                   ? Suggestion(*begun, &*begun, 1)
+                                   : Suggestion(typeName, kParamTypeNames.data(), kParamTypeNames.size())));
+    }
 
     Param p;
     p.type = type->type;
