@@ -1,0 +1,321 @@
+// Textures, from the scene's words to values.
+#include "scene/texture.h"
+
+#include "core/error.h"
+#include "core/image.h"
+#include "scene/scene_description.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <unistd.h>
+
+using namespace cuticle;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string MessageOf(const std::function<void()> &f) {
+    try {
+        f();
+    } catch (const Error &e) {
+        return e.what();
+    }
+    return "";
+}
+
+// A folder for the images of one test.
+class Textures : public testing::Test {
+  protected:
+    Textures() {
+        const auto *info = testing::UnitTest::GetInstance()->current_test_info();
+        folder =
+            fs::path(testing::TempDir()) / ("cuticle_texture_" + std::to_string(::getpid()) + info->name());
+        fs::create_directories(folder);
+        FlushWarnings();
+    }
+    ~Textures() override {
+        FlushWarnings();
+        fs::remove_all(folder);
+    }
+    SceneDescription Parse(const std::string &text) const {
+        return ParseSceneText("WorldBegin\n" + text + "\nWorldEnd\n", "test.pbrt", folder.string());
+    }
+    TextureTable Table(const std::string &text) const {
+        const SceneDescription scene = Parse(text);
+        return TextureTable(scene.floatTextures, scene.spectrumTextures);
+    }
+    float Float(const std::string &text, const TexturePoint &point = {}) const {
+        const SceneDescription scene = Parse(text);
+        return TextureTable(scene.floatTextures, scene.spectrumTextures)
+            .FloatTexture(scene.floatTextures.size() - 1)
+            ->Evaluate(point);
+    }
+    Spectrum Color(const std::string &text, const TexturePoint &point = {}) const {
+        const SceneDescription scene = Parse(text);
+        return TextureTable(scene.floatTextures, scene.spectrumTextures)
+            .SpectrumTexture(scene.spectrumTextures.size() - 1)
+            ->Evaluate(point);
+    }
+    // 2 x 2: top row red, green; bottom row blue, white.
+    void WriteFour(const std::string &name) const {
+        Image image(2, 2, {"R", "G", "B"});
+        image.data = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
+        WriteImage((folder / name).string(), image);
+    }
+    fs::path folder;
+};
+
+TexturePoint UV(float u, float v) { return {{}, {u, v}}; }
+
+} // namespace
+
+TEST_F(Textures, ConstantScaleMix) {
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"constant\" \"float value\" .25"), 0.25f);
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"constant\""), 1);
+    EXPECT_EQ(Color("Texture \"a\" \"color\" \"constant\" \"rgb value\" [.1 .2 .3]"),
+              Spectrum(0.1f, 0.2f, 0.3f));
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"scale\" \"float tex1\" 3 \"float tex2\" .5"), 1.5f);
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"scale\" \"float tex1\" 3"), 3);
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"mix\""), 0.5f);
+    EXPECT_EQ(Color("Texture \"h\" \"float\" \"constant\" \"float value\" .25\n"
+                    "Texture \"a\" \"color\" \"mix\" \"rgb tex1\" [1 0 0] \"rgb tex2\" [0 0 1] \"texture "
+                    "amount\" \"h\""),
+              Spectrum(0.75f, 0, 0.25f));
+    EXPECT_EQ(FlushWarnings(), 0u);
+}
+
+// A later texture of the same name does not change what an earlier use has bound.
+TEST_F(Textures, NamesBindWhereTheyAreUsed) {
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"constant\" \"float value\" 2\n"
+                    "Texture \"a\" \"float\" \"scale\" \"texture tex1\" \"a\" \"float tex2\" 5"),
+              10);
+}
+
+TEST_F(Textures, ParametersAreValuesOrTextures) {
+    const SceneDescription scene = Parse("Texture \"f\" \"float\" \"constant\" \"float value\" .5\n"
+                                         "Texture \"c\" \"spectrum\" \"constant\" \"rgb value\" [1 2 3]\n"
+                                         "Material \"matte\" \"texture Kd\" \"c\" \"texture sigma\" \"f\"\n"
+                                         "Shape \"sphere\"\n"
+                                         "Material \"matte\" \"rgb Kd\" [4 5 6] \"float sigma\" 7\n"
+                                         "Shape \"sphere\"\n"
+                                         "Material \"matte\" \"texture Kd\" \"f\" \"texture sigma\" \"c\"\n"
+                                         "Shape \"sphere\"\n");
+    const TextureTable table(scene.floatTextures, scene.spectrumTextures);
+    const size_t last = scene.materials.size() - 1;
+    const ParamSet &bound = scene.materials[last - 2].params, &plain = scene.materials[last - 1].params;
+    EXPECT_EQ(table.GetSpectrumTexture(bound, "Kd", Spectrum(0))->Evaluate({}), Spectrum(1, 2, 3));
+    EXPECT_EQ(table.GetFloatTexture(bound, "sigma", 0)->Evaluate({}), 0.5f);
+    EXPECT_EQ(table.GetSpectrumTexture(plain, "Kd", Spectrum(0))->Evaluate({}), Spectrum(4, 5, 6));
+    EXPECT_EQ(table.GetFloatTexture(plain, "sigma", 0)->Evaluate({}), 7);
+    EXPECT_EQ(table.GetFloatTexture(plain, "absent", 8)->Evaluate({}), 8);
+    plain.ReportUnused("Material \"matte\"");
+    bound.ReportUnused("Material \"matte\"");
+    EXPECT_EQ(FlushWarnings(), 0u);
+    // The other kind of texture is an Error that says so, at its place
+    const ParamSet &wrong = scene.materials[last].params;
+    EXPECT_NE(
+        MessageOf([&] { table.GetSpectrumTexture(wrong, "Kd", Spectrum(0)); }).find("declared as float"),
+        std::string::npos);
+    const std::string message = MessageOf([&] { table.GetFloatTexture(wrong, "sigma", 0); });
+    EXPECT_NE(message.find("declared as spectrum"), std::string::npos) << message;
+    EXPECT_NE(message.find("test.pbrt:8"), std::string::npos) << message;
+}
+
+TEST_F(Textures, Checkerboard2D) {
+    const std::string text = "Texture \"a\" \"float\" \"checkerboard\" \"float uscale\" 4 \"float vscale\" 2 "
+                             "\"float tex1\" 1 \"float tex2\" 0 \"string aamode\" \"none\"";
+    for (int i = -8; i < 8; ++i)
+        for (int j = -4; j < 4; ++j)
+            EXPECT_EQ(Float(text, UV((static_cast<float>(i) + 0.5f) / 4, (static_cast<float>(j) + 0.5f) / 2)),
+                      (i + j) % 2 == 0 ? 1 : 0)
+                << i << ", " << j;
+    EXPECT_EQ(FlushWarnings(), 0u);
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"checkerboard\" \"float udelta\" 1", UV(0.5f, 0.5f)), 0);
+    // Coordinates beyond every int, and none at all
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"checkerboard\"", UV(1e30f, 0)), 1);
+    EXPECT_TRUE(std::isnan(Float("Texture \"a\" \"float\" \"checkerboard\"", UV(std::nanf(""), 0))));
+    EXPECT_TRUE(std::isnan(Float("Texture \"a\" \"float\" \"checkerboard\"", UV(Infinity, 0))));
+}
+
+// pbrt-v3's own way: the world's point goes through the transformation, not through its inverse.
+TEST_F(Textures, Checkerboard3DGoesThroughTheTransformation) {
+    const std::string text = "Scale 2 2 2\nTexture \"a\" \"float\" \"checkerboard\" \"integer dimension\" 3";
+    EXPECT_EQ(Float(text, {{0.25f, 0.25f, 0.25f}, {}}), 1);
+    EXPECT_EQ(Float(text, {{0.75f, 0.25f, 0.25f}, {}}), 0);
+    EXPECT_EQ(Float(text, {{0.75f, 0.75f, 0.25f}, {}}), 1);
+    EXPECT_EQ(Float(text, {{0.75f, 0.75f, -0.25f}, {}}), 0);
+    EXPECT_EQ(Float("Translate 1 0 0\nTexture \"a\" \"float\" \"checkerboard\" \"integer dimension\" 3",
+                    {{0.5f, 0.5f, 0.5f}, {}}),
+              0);
+}
+
+// v points up: the file's bottom row is at v = 0.
+TEST_F(Textures, ImageRowZeroIsAtTheTop) {
+    WriteFour("four.exr");
+    const std::string text = "Texture \"a\" \"color\" \"imagemap\" \"string filename\" \"four.exr\"";
+    EXPECT_EQ(Color(text, UV(0.25f, 0.75f)), Spectrum(1, 0, 0));
+    EXPECT_EQ(Color(text, UV(0.75f, 0.75f)), Spectrum(0, 1, 0));
+    EXPECT_EQ(Color(text, UV(0.25f, 0.25f)), Spectrum(0, 0, 1));
+    EXPECT_EQ(Color(text, UV(0.75f, 0.25f)), Spectrum(1, 1, 1));
+    // The point between all four is their mean
+    EXPECT_EQ(Color(text, UV(0.5f, 0.5f)), Spectrum(0.5f));
+}
+
+TEST_F(Textures, ImageWrapModes) {
+    WriteFour("four.exr");
+    const auto at = [&](const std::string &wrap, float u, float v) {
+        return Color(
+            "Texture \"a\" \"color\" \"imagemap\" \"string filename\" \"four.exr\" \"string wrap\" \"" +
+                wrap + "\"",
+            UV(u, v));
+    };
+    for (const float u : {-2.f, 3.f, 0.f})
+        EXPECT_EQ(at("repeat", 0.25f + u, 0.75f - u), Spectrum(1, 0, 0)) << u;
+    EXPECT_EQ(at("repeat", 0, 0.75f), Spectrum(0.5f, 0.5f, 0)); // red and green across the seam
+    EXPECT_EQ(at("clamp", 0, 0.75f), Spectrum(1, 0, 0));
+    EXPECT_EQ(at("clamp", -7, 0.75f), Spectrum(1, 0, 0));
+    EXPECT_EQ(at("clamp", 1e20f, -1e20f), Spectrum(1, 1, 1));
+    EXPECT_EQ(at("black", 0, 0.75f), Spectrum(0.5f, 0, 0));
+    EXPECT_EQ(at("black", -0.3f, 0.75f), Spectrum(0));
+    EXPECT_EQ(at("black", 1e20f, 0.75f), Spectrum(0));
+    for (const char *wrap : {"repeat", "clamp", "black"})
+        EXPECT_TRUE(at(wrap, std::nanf(""), 0).HasNaNs()) << wrap;
+    EXPECT_TRUE(at("repeat", 3e38f, -3e38f).IsFinite());
+}
+
+// pbrt-v3: sRGB decoding by default for 8-bit files alone, then the scale; the luminance for float textures.
+TEST_F(Textures, ImageGammaScaleAndLuminance) {
+    Image image(1, 1, {"R", "G", "B"});
+    image.data = {0.5f, 0.25f, 0.125f};
+    WriteImage((folder / "p.exr").string(), image);
+    WriteImage((folder / "p.png").string(), image);
+    const Spectrum stored = ReadImage((folder / "p.png").string(), false).RGB(0, 0);
+    const auto texture = [](const std::string &kind, const std::string &rest) {
+        return "Texture \"a\" \"" + kind + "\" \"imagemap\" " + rest;
+    };
+    EXPECT_EQ(Color(texture("color", "\"string filename\" \"p.exr\" \"float scale\" 2")),
+              Spectrum(1, 0.5f, 0.25f));
+    const Spectrum decoded = Color(texture("color", "\"string filename\" \"p.png\""));
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(decoded[c], image.data[static_cast<size_t>(c)], 0.004f);
+    EXPECT_EQ(Color(texture("color", "\"string filename\" \"p.png\" \"bool gamma\" \"false\"")), stored);
+    EXPECT_EQ(Color(texture("color", "\"string filename\" \"p.exr\" \"bool gamma\" \"true\""))[0],
+              SRGBToLinear(0.5f));
+    EXPECT_FLOAT_EQ(Float(texture("float", "\"string filename\" \"p.exr\"")),
+                    Spectrum(0.5f, 0.25f, 0.125f).y());
+    EXPECT_FLOAT_EQ(Float(texture("float", "\"string filename\" \"p.png\" \"float scale\" 3")),
+                    3 * SRGBToLinear(stored.y()));
+}
+
+TEST_F(Textures, FilterParametersAreReadAndUnknownOnesReported) {
+    WriteFour("four.png");
+    Table("Texture \"a\" \"color\" \"imagemap\" \"string filename\" \"four.png\" \"bool trilinear\" \"true\" "
+          "\"float maxanisotropy\" 16 \"string mapping\" \"uv\"");
+    EXPECT_EQ(FlushWarnings(), 0u);
+    Table("Texture \"a\" \"color\" \"imagemap\" \"string filename\" \"four.png\" \"bool invert\" \"true\"");
+    EXPECT_EQ(FlushWarnings(), 1u);
+}
+
+TEST_F(Textures, AFileIsReadOnce) {
+    WriteFour("four.exr");
+    WriteFour("other.exr");
+    const std::string image = "\"imagemap\" \"string filename\" \"four.exr\" ";
+    const TextureTable table =
+        Table("Texture \"a\" \"color\" " + image + "Texture \"b\" \"color\" " + image +
+              "\"float uscale\" 3 Texture \"c\" \"float\" " + image + "\"float scale\" 2 " +
+              "Texture \"d\" \"color\" \"imagemap\" \"string filename\" \"other.exr\"");
+    EXPECT_EQ(table.ImageFilesRead(), 2u);
+}
+
+TEST_F(Textures, ErrorsNameTheirPlace) {
+    const auto message = [&](const std::string &text) { return MessageOf([&] { Table(text); }); };
+    std::string m = message("Texture \"a\" \"color\" \"imagemap\"\n  \"string filename\" \"absent.png\"");
+    EXPECT_NE(m.find("test.pbrt:3:"), std::string::npos) << m;
+    EXPECT_NE(m.find("absent.png"), std::string::npos) << m;
+    EXPECT_NE(m.find("No such file"), std::string::npos) << m;
+    m = message("Texture \"a\" \"color\" \"imagemap\"");
+    EXPECT_NE(m.find("test.pbrt:2:"), std::string::npos) << m;
+    EXPECT_NE(m.find("filename"), std::string::npos) << m;
+    m = message("Texture \"a\" \"color\" \"imagmap\"");
+    EXPECT_NE(m.find("Did you mean \"imagemap\"?"), std::string::npos) << m;
+    std::ofstream(folder / "bad.png") << "this is no png";
+    EXPECT_NE(
+        message("Texture \"a\" \"float\" \"imagemap\" \"string filename\" \"bad.png\"").find("test.pbrt:2:"),
+        std::string::npos);
+    WriteFour("four.exr");
+    const std::string image = "Texture \"a\" \"color\" \"imagemap\" \"string filename\" \"four.exr\" ";
+    EXPECT_NE(message(image + "\"string wrap\" \"clam\"").find("Did you mean \"clamp\"?"), std::string::npos);
+    EXPECT_NE(message(image + "\"string mapping\" \"cubic\"").find("spherical"), std::string::npos);
+    EXPECT_NE(message("Texture \"a\" \"float\" \"checkerboard\" \"integer dimension\" 4").find("2 or 3"),
+              std::string::npos);
+}
+
+TEST_F(Textures, WhatIsNotRenderedIsOneWarningAndItsMean) {
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"bilerp\" \"float v00\" 1 \"float v01\" 2 \"float v10\" 3 "
+                    "\"float v11\" 6"),
+              3);
+    EXPECT_EQ(FlushWarnings(), 1u);
+    EXPECT_EQ(Color("Texture \"a\" \"color\" \"uv\" \"float uscale\" 3"), Spectrum(0.5f, 0.5f, 0));
+    EXPECT_EQ(FlushWarnings(), 1u);
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"fbm\" \"integer octaves\" 3"), 0);
+    EXPECT_EQ(FlushWarnings(), 1u);
+    EXPECT_NEAR(Float("Texture \"a\" \"float\" \"wrinkled\" \"integer octaves\" 2 \"float roughness\" .5"),
+                0.3f, 1e-6f);
+    EXPECT_EQ(FlushWarnings(), 1u);
+    EXPECT_NEAR(Float("Texture \"a\" \"float\" \"dots\" \"float inside\" 2 \"float outside\" 1"),
+                1 + Pi * 0.35f * 0.35f / 2, 1e-6f);
+    EXPECT_EQ(FlushWarnings(), 1u);
+    for (const char *name : {"windy", "marble", "ptex"}) {
+        EXPECT_TRUE(Color(std::string("Texture \"a\" \"color\" \"") + name + "\"").IsFinite());
+        EXPECT_EQ(FlushWarnings(), 1u) << name;
+    }
+}
+
+// The map of the whole sphere: poles, the four sides, and the centre that has no direction.
+TEST_F(Textures, SphericalMapping) {
+    Image image(4, 4, {"R", "G", "B"});
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x)
+            image.At(x, y, 0) = static_cast<float>(x), image.At(x, y, 1) = static_cast<float>(3 - y);
+    WriteImage((folder / "grid.exr").string(), image);
+    const std::string text = "Texture \"a\" \"color\" \"imagemap\" \"string filename\" \"grid.exr\" "
+                             "\"string mapping\" \"spherical\" \"string wrap\" \"clamp\"";
+    // s = theta / pi, t = phi / 2 pi; texel k holds k at (k + 1/2) / 4
+    for (const float phi : {0.25f * Pi, 0.75f * Pi, 1.25f * Pi, 1.75f * Pi})
+        for (const float theta : {0.125f * Pi, 0.375f * Pi, 0.625f * Pi, 0.875f * Pi}) {
+            const Point3f p =
+                Point3f(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)) *
+                7;
+            const Spectrum c = Color(text, {p, {}});
+            EXPECT_NEAR(c[0], 4 * theta / Pi - 0.5f, 1e-4f);
+            EXPECT_NEAR(c[1], 4 * phi / (2 * Pi) - 0.5f, 1e-4f);
+            // A translated texture has its pole elsewhere
+            const Spectrum moved = Color("Translate 1 2 3\n" + text, {p + Point3f(1, 2, 3), {}});
+            EXPECT_NEAR(moved[0], c[0], 1e-4f);
+            EXPECT_NEAR(moved[1], c[1], 1e-4f);
+        }
+    EXPECT_TRUE(Color(text, {{0, 0, 0}, {}}).IsFinite());
+    EXPECT_TRUE(Color(text, {{0, 0, -1}, {}}).IsFinite());
+}
+
+TEST_F(Textures, CylindricalAndPlanarMappings) {
+    Image image(8, 1, {"Y"});
+    for (int x = 0; x < 8; ++x)
+        image.At(x, 0, 0) = static_cast<float>(x);
+    WriteImage((folder / "ramp.exr").string(), image);
+    const std::string map =
+        "Texture \"a\" \"float\" \"imagemap\" \"string filename\" \"ramp.exr\" \"string wrap\" "
+        "\"clamp\" \"string mapping\" ";
+    // s = (pi + phi) / 2 pi
+    for (const float phi : {-0.625f * Pi, -0.125f * Pi, 0.125f * Pi, 0.625f * Pi})
+        EXPECT_NEAR(Float(map + "\"cylindrical\"", {{2 * std::cos(phi), 2 * std::sin(phi), 5}, {}}),
+                    8 * (Pi + phi) / (2 * Pi) - 0.5f, 1e-4f);
+    EXPECT_TRUE(std::isfinite(Float(map + "\"cylindrical\"", {{0, 0, 0}, {}})));
+    EXPECT_NEAR(Float(map + "\"planar\" \"vector v1\" [0 .5 0] \"float udelta\" .25", {{9, 0.5f, 9}, {}}),
+                8 * (0.25f + 0.25f) - 0.5f, 1e-5f);
+    EXPECT_NEAR(Float(map + "\"planar\"", {{0.3f, 9, 9}, {}}), 8 * 0.3f - 0.5f, 1e-5f);
+}
