@@ -62,14 +62,8 @@ const HairKernels *Find(std::string_view name) {
 #endif
     return name == "scalar" ? &kScalar : nullptr;
 }
-const HairKernels *Widest() {
-    for (const char *name : {"avx2", "sse2"})
-        if (const HairKernels *kernels = Find(name))
-            return kernels;
-    return &kScalar;
-}
 std::atomic<const HairKernels *> &Current() {
-    static std::atomic<const HairKernels *> current{Widest()};
+    static std::atomic<const HairKernels *> current{Find(HairKernelNames().front())};
     return current;
 }
 //<
@@ -77,6 +71,14 @@ std::atomic<const HairKernels *> &Current() {
 } // namespace
 
 //> Hand the kernels out
+std::vector<std::string> HairKernelNames() {
+    std::vector<std::string> names;
+    for (const char *name : {"avx2", "sse2", "scalar"})
+        if (Find(name))
+            names.emplace_back(name);
+    return names;
+}
+
 const HairKernels &CurrentHairKernels() { return *Current().load(std::memory_order_relaxed); }
 
 void SetHairKernels(const std::string &name) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 namespace cuticle {
 
@@ -56,6 +57,8 @@ struct HairKernels {
 };
 // The kernels in use: at start the widest that this processor runs.
 const HairKernels &CurrentHairKernels();
+// The names of those that this processor runs, the widest first; "scalar" is always among them.
+std::vector<std::string> HairKernelNames();
 // Uses the kernels of that name from here on, for comparisons; call it before rendering starts. Error if the name
 // is unknown or the processor cannot run them.
 void SetHairKernels(const std::string &name);
