@@ -33,6 +33,8 @@ bool IsUsable(const CurveSegment &s) {
     for (const Point3f &p : s.cp)
         if (!IsFinite(p))
             return false;
+    if (s.cp[0] == s.cp[1] && s.cp[0] == s.cp[2] && s.cp[0] == s.cp[3])
+        return false; // a point has no direction, so nothing is at right angles to it
     return std::isfinite(s.width[0]) && std::isfinite(s.width[1]) && std::max(s.width[0], s.width[1]) > 0;
 }
 //<

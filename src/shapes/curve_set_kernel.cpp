@@ -285,13 +285,24 @@ CUTICLE_INLINE void AcceptRoot(const Tree &tree, const Traveller &r, const Piece
     const double distance2 = a * a + b * b;
     if (!(distance2 <= 0.25 * width * width && width > 0))
         return;
+    //> Refuse a point where the curve stands still
+    // Control points that coincide, and cusps, stop the curve. There C.C' = 0 for every ray near by, and none of them is
+    // at right angles to anything: the curve would grow round caps.
+    const double da = p.a1 + s * (2 * p.a2 + s * 3 * p.a3), db = p.b1 + s * (2 * p.b2 + s * 3 * p.b3);
+    double fastest2 = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double ea = p.a[i + 1] - p.a[i], eb = p.b[i + 1] - p.b[i], e2 = ea * ea + eb * eb;
+        fastest2 = e2 > fastest2 ? e2 : fastest2;
+    }
+    if (!(da * da + db * db > 9e-12 * fastest2))
+        return;
+    //<
     const double q = 1 - s;
     const double z = q * q * (q * p.z[0] + 3 * s * p.z[1]) + s * s * (3 * q * p.z[2] + s * p.z[3]);
     if (!(z > r.nearest && z < r.farthest && z < best->t))
         return;
     if (z <= r.selfDistance && r.originSegment != kNoSegment && IsOwnStrand(tree, r, p.index, uc, z))
         return;
-    const double da = p.a1 + s * (2 * p.a2 + s * 3 * p.a3), db = p.b1 + s * (2 * p.b2 + s * 3 * p.b3);
     const double side = __builtin_copysign(__builtin_sqrt(distance2), a * db - b * da);
     best->t = z;
     best->u = uc;
