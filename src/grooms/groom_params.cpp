@@ -109,7 +109,7 @@ GroomParams MakeGroomParams(std::string_view kind, std::string_view style) {
             p.curlLength = 4.2f;
             p.frizz = 0.1f;
             p.flyaways = 0.05f;
-            p.volume = 2.6f;
+            p.volume = 2.0f;
             p.level = 0.35f;
         } else if (p.style != "straight") {
             throw Error("unknown style of a head \"" + p.style + "\"; the styles are " + Choices(kStyles));
@@ -156,13 +156,16 @@ const GroomParamInfo &FindGroomParam(std::string_view name, std::string_view kin
 void SetGroomParam(GroomParams *params, std::string_view name, double value) {
     const GroomParamInfo &info = FindGroomParam(name, params->kind);
     const std::string what = "groom parameter \"" + std::string(name) + "\" ";
-    if (!(value >= info.min && value <= info.max))
+    const bool whole = std::holds_alternative<int GroomParams::*>(info.member);
+    // Bounds that are no binary32 numbers include the nearest one.
+    const auto rounded = [whole](double v) { return whole ? v : static_cast<double>(static_cast<float>(v)); };
+    if (!(rounded(value) >= rounded(info.min) && rounded(value) <= rounded(info.max)))
         throw Error(what + "must lie between " + Number(info.min) + " and " + Number(info.max) + ", not " +
                     Number(value));
-    if (const auto *member = std::get_if<int GroomParams::*>(&info.member)) {
+    if (whole) {
         if (value != std::floor(value))
             throw Error(what + "must be a whole number, not " + Number(value));
-        params->*(*member) = static_cast<int>(value);
+        params->*(std::get<int GroomParams::*>(info.member)) = static_cast<int>(value);
     } else {
         params->*(std::get<float GroomParams::*>(info.member)) = static_cast<float>(value);
     }

@@ -37,8 +37,12 @@ T Read(std::string_view bytes, size_t offset) {
     return v;
 }
 
+[[noreturn]] void Refuse(const std::string &name, const std::string &what) {
+    throw Error(FileLoc{std::make_shared<const std::string>(name)}, what);
+}
 [[noreturn]] void Fail(const std::string &name, size_t byte, const std::string &what) {
-    throw Error(name + ": byte " + std::to_string(byte) + ": error: " + what);
+    throw Error(FileLoc{std::make_shared<const std::string>(name)},
+                "byte " + std::to_string(byte) + ": " + what);
 }
 
 // One array of floats; `valid` says which values make sense.
@@ -151,14 +155,14 @@ Groom ParseHairFile(std::string_view bytes, const std::string &name) {
 Groom ReadHairFile(const std::string &filename) {
     struct stat status {};
     if (stat(filename.c_str(), &status) != 0)
-        throw Error(filename + ": error: cannot read: " + std::strerror(errno));
+        Refuse(filename, std::string("cannot read: ") + std::strerror(errno));
     if (!S_ISREG(status.st_mode))
-        throw Error(filename + ": error: cannot read: not a regular file");
+        Refuse(filename, "cannot read: not a regular file");
     // The longest file that its 32-bit counts can describe; read no more, whatever the system says.
     constexpr uint64_t kLongest = kHeaderBytes + 0xffffffffull * (2 + 12 + 4 + 4 + 12);
     const auto size = static_cast<uint64_t>(status.st_size);
     if (size > kLongest)
-        throw Error(filename + ": error: too long for a .hair file");
+        Refuse(filename, "too long for a .hair file");
     std::ifstream in(filename, std::ios::binary);
     char magic[4] = {};
     // Look at the first letters before the rest is read: a wrong file may be huge.
@@ -174,13 +178,13 @@ Groom ReadHairFile(const std::string &filename) {
 void WriteHairFile(const std::string &filename, const Groom &groom) {
     const size_t strands = groom.StrandCount();
     if (strands > 0xffffffffull || groom.points.size() > 0xffffffffull)
-        throw Error(filename + ": error: a .hair file holds at most 4294967295 strands and points");
+        Refuse(filename, "a .hair file holds at most 4294967295 strands and points");
     bool sameLength = strands > 0;
     for (size_t i = 0; i < strands; ++i) {
         const size_t n = groom.PointCount(i);
         if (n == 0 || n > 65536)
-            throw Error(filename + ": error: strand " + std::to_string(i) + " has " + std::to_string(n) +
-                        " points; a .hair file holds strands of 1 to 65536");
+            Refuse(filename, "strand " + std::to_string(i) + " has " + std::to_string(n) +
+                                 " points; a .hair file holds strands of 1 to 65536");
         sameLength = sameLength && n == groom.PointCount(0);
     }
     const bool thickness = !groom.pointWidths.empty() || !groom.strandWidths.empty();

@@ -9,7 +9,7 @@ namespace cuticle {
 
 // Reads a .hair file: points, thickness (taken as full widths) and colours, per point or the header's defaults;
 // transparency is checked and left out (a hair's absorption says it better). Little-endian, as the format is.
-// Throws Error "FILE: byte N: error: ..." for what is not a .hair file, for counts that the file's size cannot
+// Throws Error "FILE: error: byte N: ..." for what is not a .hair file, for counts that the file's size cannot
 // hold, for strands that do not add up to the points, and for NaN, infinite or negative values. Memory stays
 // within about three times the file's size.
 Groom ReadHairFile(const std::string &filename);

@@ -51,10 +51,10 @@ float Bust(Point3f p) {
     d = Join(d, Ellipsoid(p, {0, -2.6f, 2.6f}, {6.0f, 7.6f, 6.2f}), 2.5f); // face
     d = Join(d, Ellipsoid(p, {0, -8.3f, 5.4f}, {2.6f, 2.0f, 2.9f}), 2.5f); // chin
     // Neck, shoulders and chest hang under the head.
-    float body = Capsule(p, {0, -3.5f, -2.6f}, {0, -17.f, -3.8f}, 5.0f, 5.6f);
-    body = Join(body, Ellipsoid(p, {0, -24.f, -3.5f}, {15.f, 8.5f, 8.f}), 6.f);
-    body = Join(body, Capsule(p, {4.f, -18.2f, -4.f}, {15.5f, -21.2f, -4.2f}, 3.6f, 4.4f), 4.f);
-    body = Join(body, Capsule(p, {15.5f, -21.2f, -4.2f}, {17.3f, -34.f, -3.8f}, 4.4f, 4.2f), 2.f);
+    float body = Capsule(p, {0, -3.5f, -2.4f}, {0, -16.f, -3.8f}, 4.7f, 5.0f);
+    body = Join(body, Ellipsoid(p, {0, -22.8f, -3.5f}, {14.5f, 8.5f, 8.f}), 6.f);
+    body = Join(body, Capsule(p, {4.f, -17.2f, -4.f}, {14.6f, -19.8f, -4.2f}, 3.4f, 4.3f), 4.f);
+    body = Join(body, Capsule(p, {14.6f, -19.8f, -4.2f}, {16.4f, -34.f, -3.8f}, 4.3f, 4.1f), 2.f);
     d = Join(d, body, 2.2f);
     if (p.z > 1.5f && p.y < 6.f && p.y > -10.f &&
         p.x < 8.5f) { // the face's small parts, where nothing else is
@@ -64,8 +64,8 @@ float Bust(Point3f p) {
         d = Join(d, Ellipsoid(p, {3.05f, 0.15f, 7.05f}, {1.35f, 0.95f, 1.05f}), 0.3f);       // eye
         d = Join(d, Capsule(p, {0, 1.1f, 8.4f}, {0, -2.9f, 10.5f}, 0.55f, 0.85f), 0.9f);     // nose
         d = Join(d, Ellipsoid(p, {0.95f, -3.1f, 9.5f}, {0.6f, 0.5f, 0.8f}), 0.5f);           // nostril
-        d = Join(d, Ellipsoid(p, {0, -5.2f, 8.2f}, {2.2f, 0.5f, 1.0f}), 0.35f);              // lips
-        d = Join(d, Ellipsoid(p, {0, -6.15f, 8.05f}, {1.8f, 0.55f, 1.0f}), 0.35f);
+        d = Join(d, Ellipsoid(p, {0, -5.3f, 8.0f}, {2.1f, 0.42f, 0.85f}), 0.7f);             // lips
+        d = Join(d, Ellipsoid(p, {0, -6.1f, 7.9f}, {1.7f, 0.48f, 0.9f}), 0.7f);
         d = Carve(d, Ellipsoid(p, {0, -5.65f, 9.3f}, {2.1f, 0.08f, 0.5f}), 0.25f);
     }
     if (p.x > 4.5f && p.y > -5.f && p.y < 4.f) {
@@ -92,7 +92,8 @@ Normal3f HeadNormal(const Point3f &p) {
 }
 
 Point3f PushOutOfHead(Point3f p, float offset) {
-    for (int i = 0; i < 16; ++i) {
+    // Near the surface two or three steps do it; from deep inside, where the distance is a rough guess, more.
+    for (int i = 0; i < 64; ++i) {
         const float d = HeadDistance(p);
         if (d >= offset)
             break;
@@ -104,9 +105,9 @@ Point3f PushOutOfHead(Point3f p, float offset) {
 float HairDensity(const Point3f &p) {
     // The hairline by azimuth from the face (degrees) and elevation seen from the cranium's middle: forehead, temple,
     // sideburn, above and behind the ear, nape.
-    static constexpr float kLine[][2] = {{0, 42},    {18, 44},   {36, 43},   {52, 30},   {62, 12},
-                                         {70, -6},   {78, -22},  {86, -14},  {94, 2},    {106, 2},
-                                         {118, -16}, {130, -33}, {146, -44}, {162, -49}, {180, -50}};
+    static constexpr float kLine[][2] = {{0, 35},    {18, 37.5f}, {36, 37.5f}, {52, 27},   {62, 12},
+                                         {70, -6},   {78, -22},   {86, -14},   {94, 2},    {106, 2},
+                                         {118, -16}, {130, -33},  {146, -44},  {162, -49}, {180, -50}};
     const Vector3f d = p - kCranium;
     const float azimuth = Degrees(std::atan2(std::abs(d.x), d.z));
     const float elevation = Degrees(std::atan2(d.y, std::sqrt(d.x * d.x + d.z * d.z)));
@@ -121,13 +122,28 @@ float HairDensity(const Point3f &p) {
 Point3f Scalp::SurfaceAlong(float azimuth, float cosine) const {
     const float sine = std::sqrt(std::max(0.f, 1 - cosine * cosine));
     const Vector3f d{sine * std::sin(azimuth), cosine, sine * std::cos(azimuth)};
-    // The cranium is star-shaped seen from its middle: bisect between inside and far outside.
-    float inside = 0, outside = 16;
-    for (int i = 0; i < 26; ++i) {
-        const float middle = (inside + outside) / 2;
-        (HeadDistance(kCranium + d * middle) < 0 ? inside : outside) = middle;
+    // The cranium is star-shaped seen from its middle: regula falsi between inside and outside, in the Illinois way
+    // (an end that stays for two steps counts half).
+    float inside = 5, outside = 13;
+    float a = HeadDistance(kCranium + d * inside), b = HeadDistance(kCranium + d * outside);
+    if (!(a < 0 && b > 0)) { // along the neck: no scalp there, any point of it will do
+        return kCranium + d * outside;
     }
-    return kCranium + d * outside;
+    int last = 0;
+    float t = outside;
+    for (int i = 0; i < 40; ++i) {
+        t = inside + (outside - inside) * (a / (a - b));
+        const float v = HeadDistance(kCranium + d * t);
+        if (std::abs(v) < 2e-6f)
+            break;
+        const int end = v < 0 ? -1 : 1;
+        (end < 0 ? inside : outside) = t;
+        (end < 0 ? a : b) = v;
+        if (end == last)
+            (end < 0 ? b : a) *= 0.5f;
+        last = end;
+    }
+    return kCranium + d * t;
 }
 
 Scalp::Scalp() {
@@ -233,11 +249,11 @@ HeadMesh MakeHeadMesh(float spacing) {
                 mesh.points.push_back(sum / static_cast<float>(crossings));
             }
     for (Point3f &p : mesh.points) {
-        for (int i = 0; i < 8; ++i) {
+        for (int i = 0; i < 64; ++i) {
             const float d = HeadDistance(p);
             if (std::abs(d) < 2e-4f)
                 break;
-            p -= HeadNormal(p) * d;
+            p -= HeadNormal(p) * (0.8f * d); // short of the full step, which creases would answer by a swing
         }
         mesh.normals.push_back(HeadNormal(p));
     }

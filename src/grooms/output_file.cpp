@@ -14,7 +14,8 @@
 namespace cuticle {
 
 void OutputFile::Fail(const char *doing) const {
-    throw Error(filename_ + ": error: cannot " + doing + ": " + std::strerror(errno));
+    throw Error(FileLoc{std::make_shared<const std::string>(filename_)},
+                std::string("cannot ") + doing + ": " + std::strerror(errno));
 }
 
 OutputFile::OutputFile(const std::string &filename) : filename_(filename), temporary_(filename + ".XXXXXX") {

@@ -116,7 +116,8 @@ class LockSource : public StrandSource {
         float shorter = 1; // factor on the length
     };
     virtual Root RootOf(size_t strand) const = 0;
-    virtual Point3f KeepOut(const Point3f &p, float along, float fromRoot) const = 0;
+    // p, moved off the skin; fromRoot: cm of hair behind it.
+    virtual Point3f KeepOut(const Point3f &p, float fromRoot) const = 0;
 
     void Strand(size_t index, Point3f *out) const override;
 
@@ -220,9 +221,42 @@ void LockSource::Strand(size_t index, Point3f *out) const {
             p += Noise(noiseAt + Vector3f{0.22f * x, 0, 0}, Seed()) * (1.6f * frizz * loose);
             p += Noise(noiseAt + Vector3f{0, 0.9f * x, 7}, Seed()) * (0.45f * frizz * loose);
         }
-        out[i] = KeepOut(p, along, fromRoot);
+        out[i] = p;
     }
-    out[0] = root.p - root.n * kRootDepth;
+    // Out of the skin. A point moved alone would leave a kink: spread what was needed over the neighbours first.
+    std::vector<Vector3f> lack(static_cast<size_t>(segments_) + 1);
+    const auto fromRootAt = [&](int i) {
+        return static_cast<float>(i) / static_cast<float>(segments_) * stretch * middle.length;
+    };
+    bool any = false;
+    for (int i = 0; i <= segments_; ++i) {
+        Vector3f &v = lack[static_cast<size_t>(i)];
+        v = KeepOut(out[i], fromRootAt(i)) - out[i];
+        any = any || v.LengthSquared() > 0;
+    }
+    for (int pass = 0; any && pass < 3; ++pass) {
+        Vector3f before = lack[0];
+        for (size_t i = 1; i + 1 < lack.size(); ++i) {
+            const Vector3f smooth = (before + lack[i] * 2 + lack[i + 1]) * 0.25f;
+            before = lack[i];
+            lack[i] = smooth;
+        }
+    }
+    if (any)
+        for (int i = 0; i <= segments_; ++i)
+            out[i] = KeepOut(out[i] + lack[static_cast<size_t>(i)], fromRootAt(i));
+    // Two points outside may have the skin between them: move both out by what their middle lacks.
+    for (int pass = 0; any && pass < 3; ++pass)
+        for (int i = 1; i < segments_; ++i) {
+            const Point3f between = (out[i] + out[i + 1]) * 0.5f;
+            Vector3f more = KeepOut(between, 0.5f) - between;
+            if (more.LengthSquared() == 0)
+                continue;
+            more *= std::min(1.f, 0.4f / more.Length());
+            out[i] = KeepOut(out[i] + more, fromRootAt(i));
+            out[i + 1] = KeepOut(out[i + 1] + more, fromRootAt(i + 1));
+        }
+    out[0] = root.p - root.n * (0.8f * kRootDepth);
 }
 
 // ---------------------------------------------------------------------------------------------------- a head
@@ -236,7 +270,7 @@ class HeadSource final : public LockSource {
         segments_ =
             params.segments > 0
                 ? params.segments
-                : std::clamp(static_cast<int>(std::ceil(std::max(16.f, turns * (waves_ ? 6.f : 7.5f)))), 16,
+                : std::clamp(static_cast<int>(std::ceil(std::max(24.f, turns * (waves_ ? 6.f : 7.5f)))), 16,
                              400);
         lockSpacing_ = std::sqrt(scalp_.Area() / static_cast<float>(params.locks));
         guides_.resize(static_cast<size_t>(params.locks));
@@ -259,7 +293,7 @@ class HeadSource final : public LockSource {
         root.shorter = 0.45f + 0.55f * s.density; // downy hair along the hairline
         return root;
     }
-    Point3f KeepOut(const Point3f &p, float, float fromRoot) const override {
+    Point3f KeepOut(const Point3f &p, float fromRoot) const override {
         return PushOutOfHead(p, kHeadClearance * std::min(1.f, fromRoot));
     }
     void Grow(size_t index, Guide *g) const;
@@ -291,7 +325,7 @@ void HeadSource::Grow(size_t index, Guide *g) const {
     if (comb.LengthSquared() > 1e-8f)
         comb = Normalize(comb);
     const float height = SmoothStep(-5.f, 11.f, start.p.y);
-    const float lift = (curly ? 1.0f : 0.45f) * (0.4f + 0.6f * height) + 0.15f * r.Signed(3);
+    const float lift = (curly ? 0.85f : 0.45f) * (0.4f + 0.6f * height) + 0.15f * r.Signed(3);
     Vector3f d = Normalize(start.n * lift + comb + Vector3f{r.Signed(4), r.Signed(5), r.Signed(6)} * 0.22f);
 
     // Hair from higher up lies on that from below: its distance from the skin grows along it.
@@ -362,7 +396,7 @@ class FurBallSource final : public LockSource {
         root.p = root.n * params_.radius;
         return root;
     }
-    Point3f KeepOut(const Point3f &p, float, float fromRoot) const override {
+    Point3f KeepOut(const Point3f &p, float fromRoot) const override {
         const float d = p.Length(), keep = params_.radius + kHeadClearance * std::min(1.f, fromRoot);
         return d < keep ? p * (keep / std::max(d, 1e-6f)) : p;
     }
@@ -384,7 +418,7 @@ class FurBallSource final : public LockSource {
         for (int i = 0; i < 24; ++i) {
             d = Normalize(d + (nap * 0.9f + Vector3f{0, -0.5f, 0}) * (1.f / 24));
             p += d * step;
-            p = KeepOut(p, 0, step * static_cast<float>(i + 1));
+            p = KeepOut(p, step * static_cast<float>(i + 1));
             path.push_back(p);
         }
         FinishGuide(path, TangentTo(d, Vector3f{0.3f, 0.9f, 0.1f}), g);

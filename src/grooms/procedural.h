@@ -32,9 +32,10 @@ std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params);
 // All strands at once.
 Groom MakeGroom(const GroomParams &params);
 
-// On a head the points of a strand keep this far outside (cm), except within kRootZone of the root, which itself
-// lies kRootDepth under the skin; so no point is deeper than kRootDepth.
+// On a head the points of a strand keep this far outside (cm) from a centimetre after the root on; the root itself
+// lies under the skin, no deeper than kRootDepth; so no point is deeper than that. The curve between two points may
+// dip a little more where it bends over an edge (measured in the tests).
 inline constexpr float kHeadClearance = 0.03f;
-inline constexpr float kRootDepth = 0.04f;
+inline constexpr float kRootDepth = 0.05f;
 
 } // namespace cuticle
