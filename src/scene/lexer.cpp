@@ -219,8 +219,12 @@ Lexer::Lexer(std::unique_ptr<TextSource> source)
 
 FileLoc Lexer::Loc(const char *at) const {
     if (at < knownAt_) {
-        knownAt_ = knownLineStart_ = source_->Begin();
-        knownLine_ = 1;
+        // Step back over the lines between, which are few as a rule.
+        knownLine_ -= static_cast<uint32_t>(std::count(at, knownAt_, '\n'));
+        knownAt_ = at;
+        knownLineStart_ = at;
+        while (knownLineStart_ > source_->Begin() && knownLineStart_[-1] != '\n')
+            --knownLineStart_;
     }
     while (const void *newline = std::memchr(knownAt_, '\n', static_cast<size_t>(at - knownAt_))) {
         knownAt_ = knownLineStart_ = static_cast<const char *>(newline) + 1;

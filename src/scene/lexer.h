@@ -68,7 +68,7 @@ class Lexer {
     void SetCursor(const char *p) { cursor_ = p, peeked_ = false; }
     const TextSource &Source() const { return *source_; }
 
-    // Line and column of a byte of the text. Cheap when asked in ascending order.
+    // Line and column of a byte of the text; takes time as the bytes between this and the last place asked for.
     FileLoc Loc(const char *at) const;
     // The line that holds a byte, without its end, cut some hundred bytes behind `at`.
     std::string_view Line(const char *at) const;
