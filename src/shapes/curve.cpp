@@ -177,7 +177,7 @@ bool CurveSearch<T>::IntersectLine(const Vector3<T> cp[4], T u0, T u1) {
         return false;
     //<
     //> Which side of the curve, and how far from its middle
-    // v = 1/2 on the curve itself; it grows to the left of the tangent as seen along the ray.
+    // v = 1/2 on the curve itself; it grows to the right of the tangent as seen along the ray.
     const T side = p.x * tangent.y - p.y * tangent.x;
     hitV_ = T(0.5) + std::copysign(std::sqrt(distance2), side) / width;
     hitU_ = u;

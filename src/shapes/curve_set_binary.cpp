@@ -107,18 +107,22 @@ void BinaryCurveBvh::Data::Build(std::vector<Item> *items, size_t first, size_t 
         leaf = leaf || count <= kBinaryLeaf;
     }
     if (leaf) {
+        //> Write a leaf
         nodes[self].next = static_cast<uint32_t>(primitives.size());
         nodes[self].count = static_cast<uint16_t>(count);
         for (auto i = begin; i != end; ++i)
             primitives.push_back(i->primitive);
         return;
+        //<
     }
     nodes[self].axis = static_cast<uint16_t>(axis);
     Build(items, first, left, depth + 1);
     nodes[self].next = static_cast<uint32_t>(nodes.size());
     Build(items, first + left, count - left, depth + 1);
 }
+//<
 
+//> Cut every segment in parts and build over them
 BinaryCurveBvh::BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
                                std::unordered_map<uint32_t, RibbonNormals> ribbons, int splitDepth)
     : data_(std::make_unique<Data>()) {
@@ -157,7 +161,7 @@ BinaryCurveBvh::BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<C
 }
 //<
 
-//> Walk down it
+//> Meet a box
 namespace {
 bool MeetsBox(const Bounds3f &b, const Point3f &o, const Vector3f &inverse, float tMin, float tMax) {
     for (int c = 0; c < 3; ++c) {
@@ -173,17 +177,21 @@ bool MeetsBox(const Bounds3f &b, const Point3f &o, const Vector3f &inverse, floa
     return true;
 }
 } // namespace
+//<
 
+//> Walk down it
 template <bool Any>
 bool BinaryCurveBvh::Data::Walk(const Ray &givenRay, const CurveOrigin *origin, CurveHit *hit) const {
     Ray ray = givenRay;
     const float length = ray.d.Length();
     if (nodes.empty() || !(length > 0) || !IsFinite(ray.d) || !IsFinite(ray.o))
         return false;
+    //> Start two widths away from a curve that the ray leaves
     if (origin) {
         const CurveSegment &s = segments[origin->segment];
         ray.tMin = std::max(ray.tMin, 2 * Lerp(origin->u, s.width[0], s.width[1]) / length);
     }
+    //<
     const Vector3f inverse(1 / ray.d.x, 1 / ray.d.y, 1 / ray.d.z);
     uint32_t stack[128]; // the build halves by number below depth 60
     int top = 0;
@@ -198,6 +206,7 @@ bool BinaryCurveBvh::Data::Walk(const Ray &givenRay, const CurveOrigin *origin, 
                 at = backward ? node.next : at + 1;
                 continue;
             }
+            //> Meet the parts of a leaf, one after the other
             for (uint32_t i = node.next; i < node.next + node.count; ++i) {
                 const Primitive &p = primitives[i];
                 CurveSearch<float> search(segments[p.segment], Ribbon(p.segment), ray, 0.05f, 10);
@@ -210,6 +219,7 @@ bool BinaryCurveBvh::Data::Walk(const Ray &givenRay, const CurveOrigin *origin, 
                 hit->segment = p.segment;
                 ray.tMax = hit->t;
             }
+            //<
         }
         if (top == 0)
             return found;

@@ -39,7 +39,7 @@ CUTICLE_INLINE F Fill(float x) {
 }
 //<
 
-//> Minimum, maximum and masks
+//> Minimum and maximum
 template <typename F>
 CUTICLE_INLINE F Least(F a, F b) {
     return a < b ? a : b;
@@ -48,6 +48,9 @@ template <typename F>
 CUTICLE_INLINE F Greatest(F a, F b) {
     return a > b ? a : b;
 }
+//<
+
+//> Masks as bits
 // One bit for each lane whose mask is set.
 template <typename I>
 CUTICLE_INLINE uint32_t Bits(I mask) {
@@ -72,6 +75,9 @@ CUTICLE_INLINE uint32_t Bits(I mask) {
         return bits;
     }
 }
+//<
+
+//> Minimum and maximum
 #if defined(__SSE2__)
 template <>
 CUTICLE_INLINE __m128 Least(__m128 a, __m128 b) {
@@ -378,6 +384,7 @@ CUTICLE_INLINE int SignChanges(const double *f) {
     stack[0].lo = 0, stack[0].hi = 1;
     top = 1;
 
+    //> How far and how fast the piece can reach
     double speed = 0;
     for (int i = 0; i < 3; ++i) {
         const double da = p.a[i + 1] - p.a[i], db = p.b[i + 1] - p.b[i], d2 = da * da + db * db;
@@ -385,6 +392,7 @@ CUTICLE_INLINE int SignChanges(const double *f) {
     }
     speed = 3 * __builtin_sqrt(speed);
     const double radius = 0.5 * (p.segment[12] > p.segment[13] ? p.segment[12] : p.segment[13]);
+    //<
 
     while (top > 0) {
         const Part part = stack[--top];
@@ -393,12 +401,14 @@ CUTICLE_INLINE int SignChanges(const double *f) {
             continue;
         const double half = 0.5 * (part.hi - part.lo), mid = part.lo + half;
         if (changes == 1) {
+            //> The one root of a part
             // The first coefficient that is not 0 has the sign on the left.
             int first = 0;
             while (part.f[first] == 0)
                 ++first;
             AcceptRoot(tree, r, p, FindRoot(p, part.lo, part.hi, part.f[first] < 0, mid), best);
             continue;
+            //<
         }
         //> Leave out a part that is out of the ray's reach
         const double a = p.a[0] + mid * (p.a1 + mid * (p.a2 + mid * p.a3));
