@@ -116,7 +116,8 @@ Distribution1D::Distribution1D(const Float *f, int n) : func_(f, f + n), cdf_(st
 int Distribution1D::FindCell(Float u) const {
     // The last cell that begins at or before u: cells of width zero are passed over. u < 1 = cdf_.back(), so
     // trailing cells of width zero are never met.
-    u = std::clamp(u, 0.f, OneMinusEpsilon);
+    // NaN finds the first cell, and stays in the place within it.
+    u = std::min(std::max(0.f, u), OneMinusEpsilon);
     const auto after = std::upper_bound(cdf_.begin(), cdf_.end(), u);
     return static_cast<int>(after - cdf_.begin()) - 1;
 }
@@ -146,7 +147,8 @@ Float Distribution1D::SampleContinuous(Float u, Float *pdf, int *offset) const {
 }
 
 Float Distribution1D::Pdf(Float x) const {
-    return Density(std::clamp(static_cast<int>(x * static_cast<Float>(Count())), 0, Count() - 1));
+    const Float n = static_cast<Float>(Count());
+    return Density(static_cast<int>(std::min(std::max(0.f, x * n), n - 1)));
 }
 //<
 //<
@@ -181,8 +183,8 @@ Point2f Distribution2D::SampleContinuous(const Point2f &u, Float *pdf) const {
 }
 
 Float Distribution2D::Pdf(const Point2f &p) const {
-    const int nv = marginal_.Count();
-    const int row = std::clamp(static_cast<int>(p.y * static_cast<Float>(nv)), 0, nv - 1);
+    const Float nv = static_cast<Float>(marginal_.Count());
+    const int row = static_cast<int>(std::min(std::max(0.f, p.y * nv), nv - 1));
     return conditional_[static_cast<size_t>(row)].Pdf(p.x) * marginal_.Pdf(p.y);
 }
 //<
