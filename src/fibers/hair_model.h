@@ -316,6 +316,7 @@ inline constexpr float kSmallestU = 0x1p-33f;
 //<
 
 //> Put the model together, plainly
+//> Declare the plain model
 // One lobe after the other, in the order of the text: what the book explains and what the kernels are tested
 // against. Float renders where no kernel fits the processor; double and long double are the reference.
 template <typename T>
@@ -353,6 +354,7 @@ class HairLobes {
     }
     Value Gather(const FiberAngles<T> &o, T sinThetaI, T cosThetaI, const std::array<T, kLobes> &dPhi) const;
 };
+//<
 
 //> Prepare a fiber
 template <typename T>
