@@ -2,6 +2,8 @@
 
 #include "core/error.h"
 
+#include <bit>
+
 namespace cuticle {
 
 namespace {
@@ -42,37 +44,68 @@ constexpr uint64_t kGolden = 0x9e3779b97f4a7c15ull;
 
 } // namespace
 
+PixelSampler::PixelSampler(SamplerKind kind, int spp, uint64_t seed)
+    : seed_(MixBits(seed + 1)), spp_(static_cast<uint32_t>(std::max(spp, 1))), kind_(kind) {
+    const int bits = std::bit_width(spp_ - 1);
+    mask_ = static_cast<uint32_t>((uint64_t{1} << bits) - 1);
+    shift_ = std::max(1, (bits + 1) / 2);
+}
+
 void PixelSampler::Start(int px, int py, int sampleIndex) {
     const uint64_t place =
         (static_cast<uint64_t>(static_cast<uint32_t>(py)) << 32) | static_cast<uint32_t>(px);
     pixel_ = MixBits(MixBits(place + kGolden) ^ seed_);
-    index_ = static_cast<uint32_t>(sampleIndex);
-    reversedIndex_ = ReverseBits(index_);
+    const auto index = static_cast<uint32_t>(sampleIndex);
+    indexInSet_ = index % spp_;
+    firstOfSet_ = index - indexInSet_;
     dimension_ = 0;
     if (kind_ == SamplerKind::Independent)
-        pixel_ = MixBits(pixel_ + index_ * kGolden);
+        pixel_ = MixBits(pixel_ + index * kGolden);
+    else if (firstOfSet_ > 0)
+        pixel_ = MixBits(pixel_ + firstOfSet_); // further sets in an order and a scramble of their own
+}
+
+// A permutation of [0, spp) drawn by hash: rounds of odd multiples, which carry upward, and shifts, which carry back
+// down, permute the integers of as many bits; those beyond the set walk on until they are in it. Five rounds: with
+// three, the mean square correlation of two dimensions is up to 1.28 times that of random orders, with four 1.1, with
+// five it is within 3% for 8 to 1024 samples.
+uint32_t PixelSampler::PermutedIndex(uint64_t hash) const {
+    const uint64_t more = hash * kGolden;
+    const auto bits = [](uint64_t from, int place) { return static_cast<uint32_t>(from >> place); };
+    uint32_t v = indexInSet_;
+    do {
+        v = ((v ^ bits(more, 52)) * (bits(hash, 0) | 1)) & mask_;
+        v ^= v >> shift_;
+        v = ((v + bits(more, 40)) * (bits(hash, 16) | 1)) & mask_;
+        v ^= v >> 1;
+        v = ((v ^ bits(more, 28)) * (bits(hash, 32) | 1)) & mask_;
+        v ^= v >> shift_;
+        v = ((v + bits(more, 16)) * (bits(hash, 48) | 1)) & mask_;
+        v ^= v >> 1;
+        v = ((v + bits(more, 8)) * (bits(more, 32) | 1)) & mask_;
+        v ^= v >> shift_;
+        v = (v ^ bits(more, 34)) & mask_;
+    } while (v >= spp_);
+    return v;
 }
 
 float PixelSampler::Get1D() {
     const uint64_t h = MixBits(pixel_ + ++dimension_ * kGolden);
-    const auto low = static_cast<uint32_t>(h), high = static_cast<uint32_t>(h >> 32);
+    const auto scramble = static_cast<uint32_t>(MixBits(h + kGolden) >> 32);
     if (kind_ == SamplerKind::Independent)
-        return ToFloat(high);
-    // Shuffle the index, take the van der Corput sequence there, scramble that.
-    const uint32_t shuffled = ReverseBits(ScrambleUpward(reversedIndex_, low));
-    return ToFloat(ReverseBits(ScrambleUpward(shuffled, high)));
+        return ToFloat(scramble);
+    // The van der Corput sequence is the index with its bits reversed; scrambled before the reversal.
+    return ToFloat(ReverseBits(ScrambleUpward(firstOfSet_ + PermutedIndex(h), scramble)));
 }
 
 Point2f PixelSampler::Get2D() {
-    const uint64_t h = MixBits(pixel_ + ++dimension_ * kGolden);
-    const auto low = static_cast<uint32_t>(h), high = static_cast<uint32_t>(h >> 32);
+    const uint64_t h = MixBits(pixel_ + ++dimension_ * kGolden), more = MixBits(h + kGolden);
+    const auto low = static_cast<uint32_t>(more), high = static_cast<uint32_t>(more >> 32);
     if (kind_ == SamplerKind::Independent)
         return {ToFloat(high), ToFloat(low)};
-    const uint32_t shuffled = ReverseBits(ScrambleUpward(reversedIndex_, low));
-    const auto third = static_cast<uint32_t>((h * kGolden) >> 32);
-    const uint32_t x = ReverseBits(ScrambleUpward(shuffled, high));
-    const uint32_t y = ReverseBits(ScrambleUpward(PascalMatrix(shuffled), third));
-    return {ToFloat(x), ToFloat(y)};
+    const uint32_t index = firstOfSet_ + PermutedIndex(h);
+    return {ToFloat(ReverseBits(ScrambleUpward(index, high))),
+            ToFloat(ReverseBits(ScrambleUpward(PascalMatrix(index), low)))};
 }
 
 std::array<float, 4> PixelSampler::Get4D() {

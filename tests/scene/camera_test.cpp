@@ -1,0 +1,155 @@
+// The camera against its own projection, and against what pbrt-v3 says its parameters mean.
+#include "scene/camera.h"
+
+#include "core/error.h"
+#include "core/sampling.h"
+
+#include <gtest/gtest.h>
+
+namespace cuticle {
+namespace {
+
+void Set(Entity *entity, const std::string &name, std::vector<double> values) {
+    Param p;
+    p.type = ParamType::Float;
+    p.name = name;
+    p.numbers = std::move(values);
+    entity->params.params.push_back(std::move(p));
+}
+Entity Perspective(const Transform &worldToCamera = Transform()) {
+    Entity entity;
+    entity.type = "perspective";
+    entity.ctm = worldToCamera;
+    return entity;
+}
+float Distance(const Vector3f &a, const Vector3f &b) { return (a - b).Length(); }
+
+TEST(Camera, LooksAlongZWithRasterYDown) {
+    const Camera camera = MakeCamera(Perspective(), {200, 100});
+    const Ray centre = camera.GenerateRay({100, 50}, {});
+    EXPECT_LT(Distance(centre.d, {0, 0, 1}), 1e-6f);
+    EXPECT_EQ(centre.o, Point3f(0, 0, 0));
+    EXPECT_LT(camera.GenerateRay({0, 50}, {}).d.x, 0);
+    EXPECT_GT(camera.GenerateRay({100, 0}, {}).d.y, 0);
+}
+
+// fov is the full angle over the shorter axis, whichever that is.
+TEST(Camera, FovSpansTheShorterAxis) {
+    for (const float fov : {1.f, 33.f, 90.f, 170.f})
+        for (const Point2i &resolution : {Point2i(300, 200), Point2i(200, 300), Point2i(64, 64)}) {
+            Entity entity = Perspective();
+            Set(&entity, "fov", {static_cast<double>(fov)});
+            const Camera camera = MakeCamera(entity, resolution);
+            const float w = static_cast<float>(resolution.x), h = static_cast<float>(resolution.y);
+            const bool wide = w > h;
+            const Ray a = camera.GenerateRay(wide ? Point2f(w / 2, 0) : Point2f(0, h / 2), {});
+            const Ray b = camera.GenerateRay(wide ? Point2f(w / 2, h) : Point2f(w, h / 2), {});
+            EXPECT_NEAR(Degrees(std::atan2(Cross(a.d, b.d).Length(), Dot(a.d, b.d))), fov, 1e-3f);
+            // Square pixels: the longer axis in proportion.
+            const Ray c = camera.GenerateRay(wide ? Point2f(0, h / 2) : Point2f(w / 2, 0), {});
+            const float tangent = std::hypot(c.d.x, c.d.y) / c.d.z;
+            EXPECT_NEAR(tangent / std::tan(Radians(fov / 2)), std::max(w, h) / std::min(w, h), 1e-4f);
+        }
+    Entity half = Perspective();
+    Set(&half, "halffov", {15});
+    EXPECT_EQ(MakeCamera(half, {10, 10}).Parameters().fov, 30);
+}
+
+TEST(Camera, WorldToRasterInvertsGenerateRay) {
+    RNG rng(1);
+    for (int i = 0; i < 2000; ++i) {
+        const auto r = [&](float s) { return static_cast<double>(s * (2 * rng.UniformFloat() - 1)); };
+        const double x = r(5), y = r(5), z = r(5), lx = r(5), ly = r(5);
+        // A mirror, as exporters write it, and a scale, which must not change the picture.
+        const Transform worldToCamera = Transform::Scale(i % 2 ? -1 : 1, 1, 1) *
+                                        Transform::Scale(0.5, 0.5, 0.5) *
+                                        Transform::LookAt({x, y, z}, {lx, ly, 20}, {0, 1, 0});
+        Entity entity = Perspective(worldToCamera);
+        Set(&entity, "fov", {20 + 60 * static_cast<double>(rng.UniformFloat())});
+        if (i % 3 == 0)
+            Set(&entity, "screenwindow", {-0.3, 1.1, -0.2, 0.7});
+        if (i % 5 == 0)
+            Set(&entity, "frameaspectratio", {2.2});
+        const Camera camera = MakeCamera(entity, {640, 480});
+        const Point2f film{640 * rng.UniformFloat(), 480 * rng.UniformFloat()};
+        const Ray ray = camera.GenerateRay(film, {});
+        EXPECT_NEAR(ray.d.Length(), 1, 1e-5);
+        EXPECT_LT(Distance(ray.o, Point3f(Vector3d(x, y, z))), 1e-5f);
+        const Point2f back = camera.WorldToRaster(ray(1 + 30 * rng.UniformFloat()));
+        EXPECT_NEAR(back.x, film.x, 2e-2);
+        EXPECT_NEAR(back.y, film.y, 2e-2);
+    }
+}
+
+// Every lens point sees a film point's place on the plane of focus, and the lens is a disk.
+TEST(Camera, ThinLensFocusesOnAPlane) {
+    Entity entity = Perspective();
+    Set(&entity, "lensradius", {0.25});
+    Set(&entity, "focaldistance", {7});
+    const Camera camera = MakeCamera(entity, {320, 240});
+    RNG rng(2);
+    double mean2 = 0;
+    constexpr int n = 4096;
+    for (int i = 0; i < n; ++i) {
+        const Point2f film{320 * rng.UniformFloat(), 240 * rng.UniformFloat()};
+        const Ray ray = camera.GenerateRay(
+            film, {(static_cast<float>(i % 64) + 0.5f) / 64, (static_cast<float>(i / 64) + 0.5f) / 64});
+        EXPECT_LE(ray.o.Length(), 0.25f * (1 + 1e-6f));
+        EXPECT_EQ(ray.o.z, 0);
+        mean2 += static_cast<double>(ray.o.LengthSquared());
+        const Point3f focus = ray(7 / ray.d.z);
+        const Point2f back = camera.WorldToRaster(focus);
+        EXPECT_NEAR(back.x, film.x, 1e-3);
+        EXPECT_NEAR(back.y, film.y, 1e-3);
+    }
+    // Uniform over the disk: mean squared radius r^2 / 2, which midpoints of cells of h = 1/32 miss by h^2 / 4.
+    EXPECT_NEAR(mean2 / n, 0.25 * 0.25 / 2, 0.25 * 0.25 * Sqr(1. / 32) / 2);
+}
+
+TEST(Camera, APinholeIgnoresTheLensSample) {
+    const Camera camera = MakeCamera(Perspective(), {8, 8});
+    EXPECT_EQ(camera.GenerateRay({1, 2}, {0.1f, 0.9f}).d, camera.GenerateRay({1, 2}, {0.7f, 0.3f}).d);
+}
+
+TEST(Camera, PixelAngleIsTheStepBetweenPixels) {
+    Entity entity = Perspective();
+    Set(&entity, "fov", {40});
+    const Camera camera = MakeCamera(entity, {500, 400});
+    const Vector3f a = camera.GenerateRay({250, 200}, {}).d, b = camera.GenerateRay({251, 200}, {}).d;
+    EXPECT_NEAR(camera.PixelAngle() / (a - b).Length(), 1, 1e-3);
+}
+
+TEST(Camera, RefusesNonsenseAndReplacesWhatItCannotRender) {
+    const auto with = [](const std::string &name, std::vector<double> values) {
+        Entity entity = Perspective();
+        Set(&entity, name, std::move(values));
+        return entity;
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const Entity &bad : {with("fov", {0}), with("fov", {180}), with("fov", {-20}), with("fov", {nan}),
+                              with("lensradius", {-1}), with("lensradius", {nan}), with("focaldistance", {0}),
+                              with("frameaspectratio", {0}), with("screenwindow", {-1, 1, 2}),
+                              with("screenwindow", {1, 1, 0, 1}), Perspective(Transform::Scale(1, 0, 1)),
+                              Perspective(Transform::LookAt({1, 1, 1}, {1, 1, 1}, {0, 1, 0}))})
+        EXPECT_THROW(MakeCamera(bad, {10, 10}), Error);
+    EXPECT_THROW(MakeCamera(Perspective(), {0, 10}), Error);
+
+    Entity unknown = Perspective();
+    unknown.type = "perspektive";
+    try {
+        MakeCamera(unknown, {10, 10});
+        FAIL() << "an unknown camera was taken";
+    } catch (const Error &e) {
+        EXPECT_NE(std::string(e.what()).find("\"perspective\""), std::string::npos) << e.what();
+    }
+    for (const char *name : {"orthographic", "environment", "realistic"}) {
+        Entity other = Perspective();
+        other.type = name;
+        FlushWarnings();
+        EXPECT_EQ(MakeCamera(other, {10, 10}).Parameters().fov, 90);
+        EXPECT_EQ(FlushWarnings(), 1u);
+    }
+}
+
+} // namespace
+} // namespace cuticle
