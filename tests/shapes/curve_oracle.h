@@ -57,27 +57,35 @@ inline Vec2 Acceleration(const Seen &s, Real u) {
 // A root at which |C'| is less than this part of its largest value is no hit: the curve stands still.
 constexpr Real kStill = 1e-6L;
 struct Limits {
-    Real slope, curvature; // of F, on all of the interval
-    Real speed, bend;      // of C: |C'| and |C''|
-    Real reach;            // farthest from the ray that a hit can be
+    Real speed; // the largest |C'|
+    Real jerk;  // the third derivative's length, the same everywhere
+    Real reach; // farthest from the ray that a hit can be
 };
 
 // Roots in [lo, hi] of F = C.C', by exclusion: an interval is dropped when |F| in its middle exceeds what F can change
-// over half of it, and taken for a simple root when F' cannot vanish on it and F changes sign. Knows nothing of Bernstein polynomials, which the intersector uses.
+// over half of it, and taken for a simple root when F' cannot vanish on it and F changes sign. The bounds on C and its
+// derivatives come from their values in the middle, by Taylor. Knows nothing of Bernstein polynomials, which the
+// intersector uses.
 template <typename Take>
 void Isolate(const Seen &s, Real lo, Real hi, const Limits &limits, int depth, const Take &take) {
-    const Real f2 = limits.slope, f3 = limits.curvature;
     const auto f = [&](Real u) { return Dot(Point(s, u), Velocity(s, u)); };
     const auto df = [&](Real u) {
         const Vec2 v = Velocity(s, u);
         return Dot(v, v) + Dot(Point(s, u), Acceleration(s, u));
     };
+    const auto size = [](Vec2 v) { return std::sqrt(Dot(v, v)); };
     const Real mid = (lo + hi) / 2, half = (hi - lo) / 2;
-    const Vec2 c = Point(s, mid), v = Velocity(s, mid);
-    if (std::sqrt(Dot(c, c)) > limits.reach + limits.speed * half)
+    const Real c0 = size(Point(s, mid)), c1 = size(Velocity(s, mid)), c2 = size(Acceleration(s, mid));
+    // Of |C''|, |C'| and |C| on the interval, with a little to spare for rounding.
+    constexpr Real more = 1 + 1e-12L;
+    const Real bend = more * (c2 + limits.jerk * half), speed = more * (c1 + bend * half),
+               away = more * (c0 + speed * half);
+    if (c0 > limits.reach + speed * half)
         return; // too far from the ray
-    if (std::sqrt(Dot(v, v)) + limits.bend * half < kStill * limits.speed)
+    if (speed < kStill * limits.speed)
         return; // the curve stands still here: not a hit by definition
+    const Real f2 = speed * speed + away * bend,
+               f3 = 3 * speed * bend + away * limits.jerk; // of |F'| and |F''|
     if (std::abs(f(mid)) > f2 * half)
         return;
     if (std::abs(df(mid)) > f3 * half) {
@@ -125,7 +133,7 @@ inline void FindAll(const CurveSegment &segment, uint32_t index, const RibbonNor
         y[c] = d[(c + 1) % 3] * x[(c + 2) % 3] - d[(c + 2) % 3] * x[(c + 1) % 3];
 
     Seen s;
-    Real reach = 0, speed = 0, bend = 0;
+    Real reach = 0, speed = 0;
     for (int i = 0; i < 4; ++i) {
         Real p[3];
         for (int c = 0; c < 3; ++c)
@@ -145,19 +153,12 @@ inline void FindAll(const CurveSegment &segment, uint32_t index, const RibbonNor
         if (least1 > radius * 1.01L || most < -radius * 1.01L)
             return;
     }
-    // Bounds over [-ends, 1 + ends], a little more than over [0, 1].
     for (int i = 0; i < 3; ++i) {
         const Vec2 v{s.p[i + 1].x - s.p[i].x, s.p[i + 1].y - s.p[i].y};
         speed = std::max(speed, 3 * std::sqrt(Dot(v, v)));
     }
-    for (const Real u : {Real(0), Real(1)}) {
-        const Vec2 a = Acceleration(s, u);
-        bend = std::max(bend, std::sqrt(Dot(a, a)));
-    }
     const Vec2 a0 = Acceleration(s, 0), a1 = Acceleration(s, 1), jump{a1.x - a0.x, a1.y - a0.y};
-    const Real more = 1.001L, jerk = std::sqrt(Dot(jump, jump));
-    const Real f2 = more * (speed * speed + reach * bend), f3 = more * (3 * speed * bend + reach * jerk);
-    const Limits limits{f2, f3, more * speed, more * bend, radius * 1.001L};
+    const Limits limits{speed, std::sqrt(Dot(jump, jump)), radius * 1.001L};
     // Rounding of F in double precision.
     const Real noise = 1e-15L * (reach + std::abs(s.z[0])) * speed;
     if (!(speed > 0))
