@@ -55,6 +55,14 @@ std::string Extension(const std::string &filename) {
     return ext;
 }
 
+void CheckReadable(const std::string &filename) {
+    const std::string ext = Extension(filename);
+    for (const char *known : {".exr", ".pfm", ".png", ".tga", ".hdr", ".jpg", ".jpeg"})
+        if (ext == known)
+            return;
+    Fail(filename, "image files end in .exr, .pfm, .png, .tga, .hdr, .jpg or .jpeg");
+}
+
 // A descriptor that closes itself.
 struct File {
     int fd;
@@ -511,6 +519,41 @@ struct StbInput {
     }
 };
 
+// stb_image (2.27, Debian 12's) counts the codes of a JPEG's Huffman table without asking whether they fit the 256 that
+// the format allows, and writes beyond its own tables. So the tables are judged first.
+void CheckJPEGTables(const std::string &filename, const std::string &bytes) {
+    const auto byte = [&](size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u; };
+    for (size_t at = 2; at + 4 <= bytes.size();) {
+        // Find the next marker: within coded pixels 0xff is followed by 0 or by a restart
+        if (byte(at) != 0xff || byte(at + 1) == 0 || byte(at + 1) == 0xff || (byte(at + 1) & 0xf8) == 0xd0) {
+            ++at;
+            continue;
+        }
+        if (byte(at + 1) == 0xd8 || byte(at + 1) == 0xd9 || byte(at + 1) == 0x01) {
+            at += 2; // markers that stand alone
+            continue;
+        }
+        const bool isHuffman = byte(at + 1) == 0xc4;
+        const size_t end = at + 2 + (byte(at + 2) << 8 | byte(at + 3));
+        for (size_t table = at + 4; isHuffman && table < end;) {
+            size_t codes = 0, space = 1; // space: how many codes of the present length are free
+            for (size_t length = 1; length <= 16; ++length) {
+                const size_t n = byte(table + length);
+                space = 2 * space;
+                if (n > space)
+                    Fail(filename,
+                         "not a readable JPEG file: a Huffman table has too many codes of one length");
+                space -= n, codes += n;
+            }
+            if (codes > 256)
+                Fail(filename,
+                     "not a readable JPEG file: a Huffman table has " + std::to_string(codes) + " codes");
+            table += 17 + codes;
+        }
+        at = end;
+    }
+}
+
 Image ReadByStb(const std::string &filename, const std::string &bytes, bool decodeSRGB) {
     const std::string what = "not a readable " + Extension(filename).substr(1) + " file: ";
     const stbi_io_callbacks callbacks = {StbInput::Read, StbInput::Skip, StbInput::Eof};
@@ -518,6 +561,8 @@ Image ReadByStb(const std::string &filename, const std::string &bytes, bool deco
         const char *reason = stbi_failure_reason();
         return std::string(in.overrun ? "the file ends too early" : reason ? reason : "unknown format");
     };
+    if (bytes.starts_with("\xff\xd8"))
+        CheckJPEGTables(filename, bytes);
     int width = 0, height = 0, channels = 0;
     StbInput head{bytes};
     if (bytes.empty() || !stbi_info_from_callbacks(&callbacks, &head, &width, &height, &channels))
@@ -624,21 +669,25 @@ Spectrum Image::RGB(int x, int y) const {
     return Spectrum(At(x, y, static_cast<size_t>(std::max(0, ChannelIndex("Y")))));
 }
 
-Image ReadImage(const std::string &filename, bool decodeSRGB) {
+Image DecodeImage(const std::string &filename, const std::string &bytes, bool decodeSRGB) {
+    CheckReadable(filename);
     const std::string ext = Extension(filename);
     try {
         if (ext == ".exr")
-            return ReadEXR(filename, ReadBytes(filename));
+            return ReadEXR(filename, bytes);
         if (ext == ".png")
-            return ReadPNG(filename, ReadBytes(filename), decodeSRGB);
+            return ReadPNG(filename, bytes, decodeSRGB);
         if (ext == ".pfm")
-            return ReadPFM(filename, ReadBytes(filename));
-        if (ext == ".tga" || ext == ".hdr" || ext == ".jpg" || ext == ".jpeg")
-            return ReadByStb(filename, ReadBytes(filename), decodeSRGB);
+            return ReadPFM(filename, bytes);
+        return ReadByStb(filename, bytes, decodeSRGB);
     } catch (const std::bad_alloc &) {
         Fail(filename, "the image does not fit into memory");
     }
-    Fail(filename, "image files end in .exr, .pfm, .png, .tga, .hdr, .jpg or .jpeg");
+}
+
+Image ReadImage(const std::string &filename, bool decodeSRGB) {
+    CheckReadable(filename);
+    return DecodeImage(filename, ReadBytes(filename), decodeSRGB);
 }
 
 void WriteImage(const std::string &filename, const Image &image) {

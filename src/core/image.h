@@ -49,6 +49,8 @@ struct Image {
 // when decodeSRGB is set (16-bit PNG likewise). Throws Error naming the file: missing, damaged, absurd sizes (more
 // than 2^30 pixels).
 Image ReadImage(const std::string &filename, bool decodeSRGB = true);
+// The same of a file's bytes in memory; the name's ending says the format.
+Image DecodeImage(const std::string &filename, const std::string &bytes, bool decodeSRGB = true);
 
 // Writes by ending: .exr (32-bit float channels, ZIP, all channels and attributes) or .png (8-bit sRGB of R, G, B, clamped; NaN is
 // an Error for neither: EXR keeps it, PNG shows it magenta). The file appears whole or not at all: it is
