@@ -1,0 +1,568 @@
+// Lights against radiometry: densities that integrate to one, samples that say what the light says, irradiances known in
+// closed form; and the words that scenes use for them.
+#include "scene/light.h"
+
+#include "core/error.h"
+#include "core/image.h"
+#include "core/sampling.h"
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <gtest/gtest.h>
+
+namespace cuticle {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+const Bounds3f kUnitBound{{-1, -1, -1}, {1, 1, 1}};
+
+LightEntity Named(const std::string &type, const Transform &ctm = Transform()) {
+    LightEntity entity;
+    entity.type = type;
+    entity.ctm = ctm;
+    return entity;
+}
+void Set(ParamSet *params, ParamType type, const std::string &name, std::vector<double> numbers) {
+    Param p;
+    p.type = type;
+    p.name = name;
+    p.numbers = std::move(numbers);
+    params->params.push_back(std::move(p));
+}
+void SetString(ParamSet *params, const std::string &name, const std::string &value) {
+    Param p;
+    p.type = ParamType::String;
+    p.name = name;
+    p.strings = {value};
+    params->params.push_back(std::move(p));
+}
+
+// A map written to a file, since that is how lights get theirs.
+std::unique_ptr<Light> MapLight(const Image &image, const Transform &ctm, const std::string &name,
+                                std::vector<double> L = {1, 1, 1}) {
+    const std::string path = testing::TempDir() + "cuticle_light_" + name + ".exr";
+    WriteImage(path, image);
+    LightEntity entity = Named("infinite", ctm);
+    SetString(&entity.params, "mapname", path);
+    Set(&entity.params, ParamType::Spectrum, "L", std::move(L));
+    return MakeLight(entity, kUnitBound);
+}
+void Paint(Image *image, int x, int y, const Spectrum &s) {
+    for (int c = 0; c < 3; ++c)
+        image->At(x, y, static_cast<size_t>(c)) = s[c];
+}
+// Dim noise, a black half row, a sun of a few pixels near the pole, another at the seam.
+Image Sky(int width, int height) {
+    Image image(width, height, {"R", "G", "B"});
+    RNG rng(17);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            Paint(&image, x, y,
+                  {0.2f * rng.UniformFloat(), 0.3f * rng.UniformFloat(), 0.5f * rng.UniformFloat()});
+    for (int x = 0; x < width; ++x)
+        for (int y = height / 2; y < height * 3 / 4; ++y)
+            Paint(&image, x, y, Spectrum(0.f));
+    Paint(&image, width / 3, height / 8, {9000, 8000, 6000});
+    Paint(&image, width / 3 + 1, height / 8, {5000, 5000, 3000});
+    Paint(&image, 0, height / 3, {0, 0, 700});
+    Paint(&image, width / 2, 0, {300, 0, 0});
+    Paint(&image, width - 1, height - 1, {50, 60, 70});
+    return image;
+}
+Vector3f Direction(double z, double phi) {
+    const double s = std::sqrt(std::max(0., (1 - z) * (1 + z)));
+    return Vector3f(Vector3d(s * std::cos(phi), s * std::sin(phi), z));
+}
+
+// Integrates over all directions by midpoints, `fine` to a half-texel cell in each of phi and theta.
+template <typename F>
+double IntegrateSphere(int width, int height, int fine, F f) {
+    const int nu = 2 * width * fine, nv = 2 * height * fine;
+    double sum = 0;
+    for (int j = 0; j < nv; ++j) {
+        const double z0 = std::cos(kPi<double> * j / nv), z1 = std::cos(kPi<double> * (j + 1) / nv);
+        for (int i = 0; i < nu; ++i)
+            sum += static_cast<double>(f(Direction((z0 + z1) / 2, 2 * kPi<double> * (i + 0.5) / nu))) *
+                   (z0 - z1);
+    }
+    return sum * 2 * kPi<double> / nu;
+}
+
+TEST(InfiniteLight, DensityIntegratesToOne) {
+    for (const Point2i &size : {Point2i(64, 32), Point2i(7, 5), Point2i(1, 1), Point2i(2, 9)}) {
+        const auto light = MapLight(Sky(std::max(size.x, 2), std::max(size.y, 2)), Transform(), "one");
+        const double integral = IntegrateSphere(std::max(size.x, 2), std::max(size.y, 2), 4,
+                                                [&](const Vector3f &w) { return light->Pdf_Li({}, w); });
+        EXPECT_NEAR(integral, 1, 1e-5) << size;
+    }
+    // A map finer than the table of 2048 x 1024 cells is averaged into it; no light is lost.
+    const auto light = MapLight(Sky(2500, 1300), Transform(), "fine");
+    const double integral =
+        IntegrateSphere(1024, 512, 1, [&](const Vector3f &w) { return light->Pdf_Li({}, w); });
+    EXPECT_NEAR(integral, 1, 1e-5);
+    RNG rng(8);
+    for (int i = 0; i < 200000; ++i) {
+        const Vector3f w = UniformSampleSphere({rng.UniformFloat(), rng.UniformFloat()});
+        if (!light->Le({{}, w}).IsBlack()) {
+            ASSERT_GT(light->Pdf_Li({}, w), 0) << w;
+        }
+    }
+}
+
+// What Sample_Li says of a direction, Pdf_Li and Le say too, to the bit; and where there is light, there is density.
+TEST(InfiniteLight, SamplePdfAndRadianceAgree) {
+    const Transform turned = Transform::Rotate(40, {1, 2, 3}) * Transform::Scale(-1, 1, 1);
+    const Transform skewed = Transform::Rotate(70, {0, 1, 3}) * Transform::Scale(3, 1, 0.5);
+    int k = 0;
+    for (const Transform &ctm : {Transform(), turned, skewed}) {
+        const auto light = MapLight(Sky(64, 32), ctm, "agree" + std::to_string(k++), {1, 2, 0.5});
+        RNG rng(4);
+        int taken = 0;
+        for (int i = 0; i < 100000; ++i) {
+            LightSample s;
+            if (!light->Sample_Li({}, {rng.UniformFloat(), rng.UniformFloat()}, &s))
+                continue;
+            ++taken;
+            ASSERT_EQ(s.pdf, light->Pdf_Li({}, s.wi));
+            ASSERT_EQ(s.L, light->Le({{}, s.wi}));
+            ASSERT_NEAR(s.wi.Length(), 1, 1e-6);
+            ASSERT_EQ(s.distance, Infinity);
+            ASSERT_FALSE(s.delta);
+        }
+        EXPECT_GT(taken, 99900);
+        for (int i = 0; i < 100000; ++i) {
+            const Vector3f w = UniformSampleSphere({rng.UniformFloat(), rng.UniformFloat()});
+            if (!light->Le({{}, w}).IsBlack()) {
+                ASSERT_GT(light->Pdf_Li({}, w), 0) << w;
+            }
+        }
+    }
+}
+
+// The mean of L / pdf is the integral of L, in each channel, under a rotation and under a skewed transformation, whose
+// density needs its Jacobian: 5 standard errors of 10^6 samples, and 2e-4 for the quadrature.
+TEST(InfiniteLight, EstimatesTheIntegralOfRadiance) {
+    const Transform skewed = Transform::Rotate(70, {0, 1, 3}) * Transform::Scale(2, 1, 0.7);
+    int k = 0;
+    for (const Transform &ctm : {Transform(), Transform::Rotate(33, {1, 1, 0}), skewed}) {
+        const Image sky = Sky(32, 16);
+        const auto light = MapLight(sky, ctm, "mean" + std::to_string(k++));
+        std::array<double, 3> exact{}, mean{}, square{};
+        // In the light's space, where the patches are smooth; d omega of the world is |det A| / |A w|^3 of it.
+        const auto &m = ctm.M();
+        const double det = std::abs(ctm.Determinant());
+        for (int c = 0; c < 3; ++c)
+            exact[static_cast<size_t>(c)] = IntegrateSphere(32, 16, 8, [&](const Vector3f &w) {
+                const Vector3d v(m[0][0] * w.x + m[0][1] * w.y + m[0][2] * w.z,
+                                 m[1][0] * w.x + m[1][1] * w.y + m[1][2] * w.z,
+                                 m[2][0] * w.x + m[2][1] * w.y + m[2][2] * w.z);
+                return static_cast<double>(light->Le({{}, Vector3f(v)})[c]) * det / std::pow(v.Length(), 3);
+            });
+        constexpr int n = 1000000;
+        RNG rng(14);
+        for (int i = 0; i < n; ++i) {
+            LightSample s;
+            if (light->Sample_Li({}, {rng.UniformFloat(), rng.UniformFloat()}, &s))
+                for (size_t c = 0; c < 3; ++c) {
+                    const double value = static_cast<double>(s.L[static_cast<int>(c)] / s.pdf);
+                    mean[c] += value / n;
+                    square[c] += value * value / n;
+                }
+        }
+        for (size_t c = 0; c < 3; ++c) {
+            const double error = std::sqrt((square[c] - mean[c] * mean[c]) / n);
+            EXPECT_LT(error, 0.01 * exact[c]) << "importance sampling is no help in channel " << c;
+            EXPECT_NEAR(mean[c], exact[c], 5 * error + 2e-4 * exact[c])
+                << "channel " << c << " transformation " << k;
+        }
+    }
+}
+
+// Chi-squared of 10^6 samples against the density, over blocks of 4 x 4 half-texels, in each of which the density is a
+// constant, so that the expected numbers are exact; blocks of few are merged. Significance 1e-4.
+TEST(InfiniteLight, SamplesFollowTheDensity) {
+    const auto light = MapLight(Sky(64, 32), Transform(), "chi");
+    constexpr int kRows = 16, kColumns = 32, kBlock = 4, n = 1000000;
+    std::vector<double> expected(kRows * kColumns), counts(kRows * kColumns);
+    for (int j = 0; j < kRows * kBlock; ++j)
+        for (int i = 0; i < kColumns * kBlock; ++i) {
+            const double z0 = std::cos(kPi<double> * j / (kRows * kBlock));
+            const double z1 = std::cos(kPi<double> * (j + 1) / (kRows * kBlock));
+            const Vector3f w = Direction((z0 + z1) / 2, 2 * kPi<double> * (i + 0.5) / (kColumns * kBlock));
+            expected[static_cast<size_t>((j / kBlock) * kColumns + i / kBlock)] +=
+                static_cast<double>(light->Pdf_Li({}, w)) * n * (z0 - z1) * 2 * kPi<double> /
+                (kColumns * kBlock);
+        }
+    RNG rng(9);
+    for (int i = 0; i < n; ++i) {
+        LightSample s;
+        ASSERT_TRUE(light->Sample_Li({}, {rng.UniformFloat(), rng.UniformFloat()}, &s));
+        const Vector3d w(s.wi);
+        double phi = std::atan2(w.y, w.x) / (2 * kPi<double>);
+        phi -= std::floor(phi);
+        const double theta = std::atan2(std::sqrt(w.x * w.x + w.y * w.y), w.z) / kPi<double>;
+        const int row = std::min(static_cast<int>(theta * kRows), kRows - 1);
+        const int column = std::min(static_cast<int>(phi * kColumns), kColumns - 1);
+        ++counts[static_cast<size_t>(row * kColumns + column)];
+    }
+    double chi2 = 0, mergedExpected = 0, mergedCount = 0;
+    int cells = 0;
+    for (size_t k = 0; k < counts.size(); ++k) {
+        if (expected[k] < 10) {
+            mergedExpected += expected[k];
+            mergedCount += counts[k];
+            continue;
+        }
+        chi2 += Sqr(counts[k] - expected[k]) / expected[k];
+        ++cells;
+    }
+    if (mergedExpected > 5) {
+        chi2 += Sqr(mergedCount - mergedExpected) / mergedExpected;
+        ++cells;
+    }
+    EXPECT_GT(cells, 50);
+    EXPECT_LT(chi2, quantile(boost::math::chi_squared(cells - 1), 1 - 1e-4)) << cells << " cells, n = " << n;
+}
+
+// pbrt-v3: row 0 is +z, column 0 is at phi = 0 (+x), columns run toward +y.
+TEST(InfiniteLight, MapsAreOrientedAsInPbrt) {
+    Image image(8, 4, {"R", "G", "B"});
+    for (int x = 0; x < 8; ++x)
+        Paint(&image, x, 0, {1, 0, 0});
+    Paint(&image, 2, 1, {0, 1, 0}); // phi 112.5 degrees, theta 67.5
+    Paint(&image, 0, 2, {0, 0, 1}); // phi 22.5, theta 112.5
+    const auto light = MapLight(image, Transform(), "orient");
+    EXPECT_EQ(light->Le({{}, {0, 0, 3}}), Spectrum(1, 0, 0));
+    EXPECT_EQ(light->Le({{}, {0, 0, -3}}), Spectrum(0, 0, 0));
+    const auto at = [](float theta, float phi) {
+        return Vector3f(std::sin(Radians(theta)) * std::cos(Radians(phi)),
+                        std::sin(Radians(theta)) * std::sin(Radians(phi)), std::cos(Radians(theta)));
+    };
+    EXPECT_NEAR(light->Le({{}, at(67.5f, 112.5f)})[1], 1, 1e-5);
+    EXPECT_NEAR(light->Le({{}, at(112.5f, 22.5f)})[2], 1, 1e-5);
+    // Around the seam it is smooth: half way between columns 7 and 0.
+    EXPECT_NEAR(light->Le({{}, at(112.5f, 0)})[2], 0.5, 1e-5);
+    // The usual turn of exporters, y up.
+    const auto turned = MapLight(image, Transform::Rotate(-90, {1, 0, 0}), "turned");
+    EXPECT_EQ(turned->Le({{}, {0, 1, 0}}), Spectrum(1, 0, 0));
+}
+
+TEST(InfiniteLight, ConstantIsUniform) {
+    LightEntity entity = Named("infinite");
+    Set(&entity.params, ParamType::Spectrum, "L", {1, 2, 3});
+    Set(&entity.params, ParamType::Spectrum, "scale", {2, 2, 0.5});
+    const auto light = MakeLight(entity, kUnitBound);
+    LightSample s;
+    ASSERT_TRUE(light->Sample_Li({}, {0.3f, 0.9f}, &s));
+    EXPECT_EQ(s.L, Spectrum(2, 4, 1.5f));
+    EXPECT_EQ(s.pdf, UniformSpherePdf());
+    EXPECT_EQ(light->Pdf_Li({}, s.wi), s.pdf);
+    EXPECT_EQ(light->Le({{}, {0, 5, 0}}), s.L);
+    EXPECT_TRUE(light->IsInfinite() && !light->IsDelta());
+    // pi r^2 for the sphere around the bound, 4 pi for the directions.
+    EXPECT_NEAR(light->Power()[0], 2 * 4 * Pi * Pi * 3, 1e-3);
+    // A map of one colour is the same light.
+    Image image(4, 2, {"R", "G", "B"});
+    for (int i = 0; i < 8; ++i)
+        Paint(&image, i % 4, i / 4, {2, 4, 1.5f});
+    const auto map = MapLight(image, Transform(), "constant");
+    EXPECT_NEAR(map->Pdf_Li({}, {0, 0.6f, 0.8f}) / UniformSpherePdf(), 1, 1e-5);
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(map->Power()[c] / light->Power()[c], 1, 1e-5);
+}
+
+TEST(InfiniteLight, BadTexelsAreCountedAndBlack) {
+    Image image(4, 2, {"R", "G", "B"});
+    Paint(&image, 1, 0, {kNaN, 1, 1});
+    Paint(&image, 2, 1, {-3, Infinity, 2});
+    FlushWarnings();
+    const auto light = MapLight(image, Transform(), "bad");
+    EXPECT_EQ(FlushWarnings(), 1u);
+    RNG rng(5);
+    for (int i = 0; i < 2000; ++i) {
+        LightSample s;
+        if (light->Sample_Li({}, {rng.UniformFloat(), rng.UniformFloat()}, &s)) {
+            ASSERT_TRUE(s.L.IsFinite() && s.pdf > 0 && std::isfinite(s.pdf));
+        }
+    }
+    // All black: no samples at all.
+    const auto black = MapLight(Image(4, 2, {"R", "G", "B"}), Transform(), "black");
+    LightSample s;
+    EXPECT_FALSE(black->Sample_Li({}, {0.5f, 0.5f}, &s));
+}
+
+TEST(DistantLight, ShinesFromFromToTo) {
+    LightEntity entity = Named("distant", Transform::Rotate(90, {0, 0, 1}));
+    Set(&entity.params, ParamType::Point3, "from", {1, 0, 0});
+    Set(&entity.params, ParamType::Point3, "to", {0, 0, 0});
+    Set(&entity.params, ParamType::Spectrum, "L", {5, 6, 7});
+    const auto light = MakeLight(entity, kUnitBound);
+    LightSample s;
+    ASSERT_TRUE(light->Sample_Li({3, 4, 5}, {0.1f, 0.2f}, &s));
+    EXPECT_LT((s.wi - Vector3f(0, 1, 0)).Length(), 1e-6f);
+    EXPECT_EQ(s.L, Spectrum(5, 6, 7));
+    EXPECT_EQ(s.pdf, 1);
+    EXPECT_TRUE(s.delta && light->IsDelta() && !light->IsInfinite());
+    EXPECT_NEAR(light->Power()[0], 5 * Pi * 3, 1e-4);
+    // pbrt's default: from the origin to +z, so it comes from -z.
+    ASSERT_TRUE(MakeLight(Named("distant"), kUnitBound)->Sample_Li({}, {}, &s));
+    EXPECT_EQ(s.wi, Vector3f(0, 0, -1));
+}
+
+TEST(PointLight, ObeysTheInverseSquare) {
+    LightEntity entity = Named("point", Transform::Translate({1, 0, 0}));
+    Set(&entity.params, ParamType::Point3, "from", {0, 2, 0});
+    Set(&entity.params, ParamType::Spectrum, "I", {8, 4, 2});
+    const auto light = MakeLight(entity, kUnitBound);
+    for (const float d : {0.01f, 1.f, 300.f}) {
+        LightSample s;
+        ASSERT_TRUE(light->Sample_Li({1, 2 - d, 0}, {}, &s));
+        EXPECT_LT((s.wi - Vector3f(0, 1, 0)).Length(), 1e-6f);
+        EXPECT_NEAR(s.L[0] * d * d, 8, 1e-4 * 8);
+        EXPECT_NEAR(s.distance / d, 1, 1e-4);
+        EXPECT_EQ(s.pdf, 1);
+        EXPECT_TRUE(s.delta);
+    }
+    LightSample s;
+    EXPECT_FALSE(light->Sample_Li({1, 2, 0}, {}, &s)) << "at the light itself";
+    EXPECT_NEAR(light->Power()[1], 4 * 4 * Pi, 1e-4);
+}
+
+TEST(SpotLight, FallsOffAsInPbrt) {
+    LightEntity entity = Named("spot");
+    Set(&entity.params, ParamType::Point3, "from", {0, 0, 4});
+    Set(&entity.params, ParamType::Point3, "to", {0, 0, 0});
+    Set(&entity.params, ParamType::Spectrum, "I", {16, 16, 16});
+    Set(&entity.params, ParamType::Float, "coneangle", {40});
+    Set(&entity.params, ParamType::Float, "conedeltaangle", {15});
+    const auto light = MakeLight(entity, kUnitBound);
+    for (const float angle : {0.f, 10.f, 24.f, 26.f, 30.f, 39.f, 41.f, 120.f}) {
+        const Point3f p =
+            Point3f(0, 0, 4) + Vector3f(std::sin(Radians(angle)), 0, -std::cos(Radians(angle))) * 2.f;
+        const double c = std::cos(static_cast<double>(angle) * kPi<double> / 180);
+        const double end = std::cos(40 * kPi<double> / 180), start = std::cos(25 * kPi<double> / 180);
+        const double delta = std::clamp((c - end) / (start - end), 0., 1.);
+        LightSample s;
+        const bool lit = light->Sample_Li(p, {}, &s);
+        EXPECT_EQ(lit, angle < 40);
+        if (lit) {
+            EXPECT_NEAR(s.L[0], 4 * std::pow(delta, 4), 1e-4) << angle;
+        }
+    }
+}
+
+// --- area lights -----------------------------------------------------------------------------------------------
+
+std::unique_ptr<DiffuseAreaLight> AreaLight(const SolidSet *solids, uint32_t id, bool twoSided = false) {
+    Entity entity;
+    entity.type = "diffuse";
+    Set(&entity.params, ParamType::Spectrum, "L", {2, 2, 2});
+    if (twoSided) {
+        Param p;
+        p.type = ParamType::Bool;
+        p.name = "twosided";
+        p.bools = {true};
+        entity.params.params.push_back(p);
+    }
+    return MakeAreaLight(entity, solids, id);
+}
+
+// Irradiance at ref on a plane of normal n, by samples on a grid. Every sample's way must be free up to its distance, since
+// there is nothing but the emitter.
+double Irradiance(const Light &light, const SolidSet &solids, const Point3f &ref, const Normal3f &n,
+                  int *shadowed) {
+    constexpr int kGrid = 300;
+    double sum = 0;
+    for (int i = 0; i < kGrid; ++i)
+        for (int j = 0; j < kGrid; ++j) {
+            LightSample s;
+            const Point2f u{(static_cast<float>(i) + 0.5f) / kGrid, (static_cast<float>(j) + 0.5f) / kGrid};
+            if (!light.Sample_Li(ref, u, &s))
+                continue;
+            *shadowed += solids.Occluded({ref, s.wi, 0, s.distance});
+            sum += static_cast<double>(s.L[0] * std::max(0.f, Dot(s.wi, n)) / s.pdf);
+        }
+    return sum / (kGrid * kGrid);
+}
+
+// Irradiances in closed form, L = 2: a disk over a point of its axis, pi L r^2 / (r^2 + d^2); a sphere, pi L r^2 / d^2; a rectangle
+// of two triangles by Lambert's formula.
+TEST(AreaLight, IrradianceIsTheClosedForm) {
+    int shadowed = 0;
+    {
+        SolidSet set;
+        const uint32_t id = set.AddDisk(Transform::Translate({0, 0, 3}), 0, 1.5f, 0, 360, 0, true);
+        set.Commit();
+        const auto light = AreaLight(&set, id);
+        EXPECT_NEAR(Irradiance(*light, set, {0, 0, 0}, {0, 0, 1}, &shadowed), 2 * kPi<double> * 2.25 / 11.25,
+                    1e-4);
+        EXPECT_EQ(Irradiance(*light, set, {0, 0, 6}, {0, 0, -1}, &shadowed), 0) << "behind";
+        EXPECT_NEAR(light->Power()[0], 2 * Pi * Pi * 2.25f, 1e-3);
+        EXPECT_NEAR(Irradiance(*AreaLight(&set, id, true), set, {0, 0, 6}, {0, 0, -1}, &shadowed),
+                    2 * kPi<double> * 2.25 / 11.25, 1e-4);
+    }
+    for (const float d : {1.001f, 1.5f, 10.f, 1e4f}) {
+        SolidSet set;
+        const uint32_t id = set.AddSphere(Transform::Translate({0, 5, 0}) * Transform::Scale(2, 2, 2), 0.5f,
+                                          -1, 1, 360, 0, false);
+        set.Commit();
+        const auto light = AreaLight(&set, id);
+        const double expected = 2 * kPi<double> / Sqr(static_cast<double>(d));
+        EXPECT_NEAR(Irradiance(*light, set, {0, 5 - d, 0}, {0, 1, 0}, &shadowed) / expected, 1, 2e-4)
+            << "distance " << d;
+    }
+    {
+        SolidSet set;
+        TriangleMesh mesh;
+        mesh.p = {{0, 0, 2}, {3, 0, 2}, {3, 1, 2}, {0, 1, 2}};
+        mesh.indices = {0, 2, 1, 0, 3, 2};
+        const uint32_t id = set.AddMesh(mesh, 0, false);
+        set.Commit();
+        const auto light = AreaLight(&set, id);
+        const Point3f ref(0.5f, -0.5f, 0);
+        const Normal3f n = Normalize(Normal3f(0.1f, 0.3f, 1));
+        double edges = 0;
+        for (size_t i = 0; i < 4; ++i) {
+            const Vector3d a = Normalize(Vector3d(mesh.p[i] - ref)),
+                           b = Normalize(Vector3d(mesh.p[(i + 1) % 4] - ref));
+            edges += std::acos(Dot(a, b)) * Dot(Normalize(Cross(a, b)), Vector3d(n));
+        }
+        EXPECT_NEAR(Irradiance(*light, set, ref, n, &shadowed) / std::abs(edges), 1,
+                    2e-4); // L / 2 = 1 times the sum
+    }
+    EXPECT_EQ(shadowed, 0) << "of 9 x 90000 shadow rays";
+}
+
+// A ray that meets the light by chance has the density that the light's own sampling has there.
+TEST(AreaLight, PdfOfAHitIsTheSamplesPdf) {
+    SolidSet set;
+    const uint32_t id = set.AddCylinder(Transform::Rotate(30, {1, 1, 0}), 0.5f, -1, 1, 300, 0, false);
+    set.Commit();
+    const auto light = AreaLight(&set, id, true);
+    RNG rng(3);
+    int tried = 0;
+    for (int i = 0; i < 5000; ++i) {
+        const Point3f ref = UniformSampleSphere({rng.UniformFloat(), rng.UniformFloat()}) * 4.f;
+        LightSample s;
+        if (!light->Sample_Li(ref, {rng.UniformFloat(), rng.UniformFloat()}, &s))
+            continue;
+        SolidHit hit;
+        // Points of the far side of the tube are seen through the near one: only those in plain view.
+        if (!set.Intersect({ref, s.wi, 0, s.distance * 1.01f}, &hit) || hit.t < s.distance * 0.999f ||
+            AbsDot(hit.n, s.wi) < 0.05f)
+            continue;
+        ++tried;
+        EXPECT_NEAR(light->Pdf_Li(ref, hit) / s.pdf, 1, 1e-3);
+        EXPECT_EQ(light->L(hit.n, -s.wi), s.L);
+    }
+    EXPECT_GT(tried, 1500);
+}
+
+// --- choice ----------------------------------------------------------------------------------------------------
+
+TEST(LightSampler, ChoosesByPowerWithAFloor) {
+    std::vector<std::unique_ptr<Light>> lights;
+    std::vector<const Light *> pointers;
+    for (const double I : {1., 0., 1000., 10., 0.}) {
+        LightEntity entity = Named("point");
+        Set(&entity.params, ParamType::Spectrum, "I", {I, I, I});
+        lights.push_back(MakeLight(entity, kUnitBound));
+        pointers.push_back(lights.back().get());
+    }
+    const LightSampler sampler(pointers);
+    double sum = 0;
+    for (int i = 0; i < 5; ++i)
+        sum += static_cast<double>(sampler.Probability(i));
+    EXPECT_NEAR(sum, 1, 1e-6);
+    for (const int black : {1, 4})
+        EXPECT_EQ(sampler.Probability(black), 0);
+    EXPECT_NEAR(sampler.Probability(0), 0.9 / 1011 + 0.1 / 3, 1e-6);
+    EXPECT_NEAR(sampler.Probability(2), 0.9 * 1000 / 1011 + 0.1 / 3, 1e-6);
+    // The frequencies of stratified samples are the probabilities, and what is left of u is uniform again.
+    constexpr int n = 100000;
+    std::array<int, 5> counts{};
+    std::array<double, 5> rest{};
+    for (int i = 0; i < n; ++i) {
+        float probability, remapped;
+        const int k = sampler.Sample((static_cast<float>(i) + 0.5f) / n, &probability, &remapped);
+        ASSERT_TRUE(k >= 0 && k < 5);
+        ASSERT_EQ(probability, sampler.Probability(k));
+        ASSERT_TRUE(remapped >= 0 && remapped < 1);
+        ++counts[static_cast<size_t>(k)];
+        rest[static_cast<size_t>(k)] += static_cast<double>(remapped);
+    }
+    for (size_t k = 0; k < 5; ++k) {
+        EXPECT_NEAR(counts[k] / static_cast<double>(n), sampler.Probability(static_cast<int>(k)), 2. / n);
+        if (counts[k] > 0) {
+            EXPECT_NEAR(rest[k] / counts[k], 0.5, 2e-3);
+        }
+    }
+    float probability;
+    EXPECT_EQ(sampler.Sample(OneMinusEpsilon, &probability), 3) << "the last light that is lit";
+    EXPECT_EQ(LightSampler().Sample(0.5f, &probability), -1);
+    EXPECT_EQ(LightSampler({pointers[1]}).Sample(0.5f, &probability), -1);
+}
+
+// --- names and nonsense ----------------------------------------------------------------------------------------
+
+TEST(MakeLight, NamesAreKnownReplacedOrRefused) {
+    for (const char *name : {"infinite", "exinfinite", "distant", "point", "spot"})
+        EXPECT_TRUE(MakeLight(Named(name), kUnitBound)) << name;
+    for (const char *name : {"goniometric", "projection"}) {
+        LightEntity entity = Named(name);
+        Set(&entity.params, ParamType::Spectrum, "I", {3, 3, 3});
+        SetString(&entity.params, "mapname", "no_such_file.exr");
+        FlushWarnings();
+        const auto light = MakeLight(entity, kUnitBound);
+        EXPECT_EQ(FlushWarnings(), 1u);
+        LightSample s;
+        ASSERT_TRUE(light->Sample_Li({0, 0, 1}, {}, &s));
+        EXPECT_EQ(s.L, Spectrum(3.f));
+    }
+    const auto message = [](const LightEntity &entity) -> std::string {
+        try {
+            MakeLight(entity, kUnitBound);
+        } catch (const Error &e) {
+            return e.what();
+        }
+        return "";
+    };
+    EXPECT_NE(message(Named("infinit")).find("\"infinite\""), std::string::npos);
+    LightEntity missing = Named("infinite");
+    SetString(&missing.params, "mapname", "no_such_file.exr");
+    EXPECT_NE(message(missing).find("no_such_file.exr"), std::string::npos);
+    for (const char *name : {"distant", "spot"}) {
+        LightEntity entity = Named(name);
+        Set(&entity.params, ParamType::Point3, "from", {1, 2, 3});
+        Set(&entity.params, ParamType::Point3, "to", {1, 2, 3});
+        EXPECT_NE(message(entity).find("same point"), std::string::npos) << name;
+    }
+    for (const char *name : {"infinite", "distant", "point", "spot"})
+        EXPECT_NE(message(Named(name, Transform::Scale(1, 0, 1))).find("no inverse"), std::string::npos)
+            << name;
+    LightEntity cone = Named("spot");
+    Set(&cone.params, ParamType::Float, "coneangle", {static_cast<double>(kNaN)});
+    EXPECT_NE(message(cone).find("coneangle"), std::string::npos);
+    SolidSet solids;
+    Entity area;
+    area.type = "difuse";
+    EXPECT_THROW(MakeAreaLight(area, &solids, 0), Error);
+}
+
+TEST(MakeLight, NegativeAndUndefinedAmountsAreSetToZeroAloud) {
+    const struct {
+        const char *light, *parameter;
+    } cases[] = {{"infinite", "L"}, {"distant", "L"}, {"point", "I"}, {"spot", "I"}};
+    for (const auto &c : cases)
+        for (const double bad : {-1., static_cast<double>(kNaN), static_cast<double>(Infinity)}) {
+            LightEntity entity = Named(c.light);
+            Set(&entity.params, ParamType::Spectrum, c.parameter, {bad, 1, 1});
+            FlushWarnings();
+            const auto light = MakeLight(entity, kUnitBound);
+            EXPECT_EQ(FlushWarnings(), 1u) << c.light << " " << bad;
+            EXPECT_EQ(light->Power()[0], 0) << c.light << " " << bad;
+            EXPECT_GT(light->Power()[1], 0);
+        }
+}
+
+} // namespace
+} // namespace cuticle
