@@ -41,7 +41,7 @@ class HairBSDF : public BxDF {
     Spectrum FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const;
 
     // Chooses wi from four numbers in [0,1): the lobe, the azimuth, and two for the longitudinal angle. Numbers
-    // below 2^-33 count as 2^-33, so the density is never zero for the number 0. *pdf = 0 (and f black) where no
+    // are clamped to [2^-33, 1 - 2^-24], so the density is never zero for the number 0. *pdf = 0 (and f black) where no
     // light leaves: A_p below 1e-38 in sum.
     Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u, Float *pdf) const;
     // pbrt-v3's form: the four numbers are the halves of u (DemuxFloat), which holds only 2 x 24 bits. Use the

@@ -244,7 +244,7 @@ HairValue Evaluate(const HairSetup &setup, const Vector3f &wo, const Vector3f &w
 HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<float, 4> &random,
                  Vector3f *wi) {
     const View view = Look(setup, wo);
-    const std::array<float, 4> u = Max(Lanes(random), Lanes(kSmallestU)).Array();
+    const std::array<float, 4> u = Min(Max(Lanes(random), Lanes(kSmallestU)), Lanes(OneMinusEpsilon)).Array();
     const float doubt = 0 * ((wo.x + wo.y + wo.z) + ((random[0] + random[1]) + (random[2] + random[3])));
     //> Choose the lobe $q$ by its share of the luminance
     const std::array<float, 4> y = view.y.Array();

@@ -164,7 +164,7 @@ CUTICLE_INLINE FresnelPair<T> Fresnel(T cosIncident, T t, T eta) {
     const T etaC = eta * eta * cosIncident;
     const T a = 1 / (cosIncident + t), b = 1 / (etaC + t);
     const T rs = (cosIncident - t) * a, rp = (etaC - t) * b;
-    return {(rs * rs + rp * rp) / 2, 2 * cosIncident * t * (a * a + eta * b * (eta * b))};
+    return {(rs * rs + rp * rp) / 2, 2 * (cosIncident * a * (t * a) + etaC * b * (t * b))};
 }
 //<
 
@@ -310,8 +310,9 @@ inline constexpr std::array<float, 3> kLuminance = {0.212671f, 0.715160f, 0.0721
 inline constexpr float kBlack = 1e-38f;
 //<
 
-//> Keep random numbers off 0
-// A random number stands for a cell; the cell at 0 is met at 2^-33, half the step of a 32-bit generator.
+//> Keep random numbers off 0 and 1
+// A random number stands for a cell; the cell at 0 is met at 2^-33, half the step of a 32-bit generator. No number
+// reaches 1.
 inline constexpr float kSmallestU = 0x1p-33f;
 //<
 
@@ -445,7 +446,7 @@ template <typename T>
 typename HairLobes<T>::Value HairLobes<T>::Sample(const Vector3<T> &wo, std::array<T, 4> u,
                                                   Vector3<T> *wi) const {
     for (T &x : u)
-        x = std::max(x, T(kSmallestU));
+        x = std::clamp(x, T(kSmallestU), T(OneMinusEpsilon));
     const FiberAngles<T> o = AnglesOf(wo.x, wo.y, wo.z);
     const Refraction<T> inside = Refracted(o.cosTheta);
     //> Choose the lobe by its share of the luminance
