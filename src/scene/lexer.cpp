@@ -157,6 +157,17 @@ TextSource::~TextSource() {
         munmap(mapped_, mappedSize_);
 }
 
+void TextSource::Release(const char *upTo) {
+    if (!mapped_)
+        return;
+    const size_t page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
+    const size_t to = static_cast<size_t>(upTo - begin_) / page * page;
+    if (to > released_) {
+        madvise(static_cast<char *>(mapped_) + released_, to - released_, MADV_DONTNEED);
+        released_ = to;
+    }
+}
+
 const char *ScanNumber(const char *p, const char *end, double *value) {
     const char *const start = p;
     const bool negative = *p == '-';
@@ -208,13 +219,20 @@ const char *ScanNumber(const char *p, const char *end, double *value) {
 }
 
 Lexer::Lexer(std::unique_ptr<TextSource> source)
-    : source_(std::move(source)), cursor_(source_->Begin()), end_(source_->End()), knownAt_(source_->Begin()),
-      knownLineStart_(source_->Begin()) {
+    : source_(std::move(source)), cursor_(source_->Begin()), end_(source_->End()),
+      releasedAt_(source_->Begin()), knownAt_(source_->Begin()), knownLineStart_(source_->Begin()) {
     if (end_ - cursor_ >= 3 && std::memcmp(cursor_, "\xef\xbb\xbf", 3) == 0)
         cursor_ += 3; // UTF-8's byte order mark
     else if (end_ - cursor_ >= 2 &&
              (std::memcmp(cursor_, "\xff\xfe", 2) == 0 || std::memcmp(cursor_, "\xfe\xff", 2) == 0))
         Fail(cursor_, "this is UTF-16 text; save the scene as UTF-8 or ASCII");
+}
+
+void Lexer::ReleaseNow() {
+    // Count the lines first: later questions then start from here and do not touch what is given back.
+    Loc(cursor_);
+    source_->Release(knownLineStart_);
+    releasedAt_ = cursor_;
 }
 
 FileLoc Lexer::Loc(const char *at) const {

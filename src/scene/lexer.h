@@ -28,6 +28,9 @@ class TextSource {
     const std::shared_ptr<const std::string> &Name() const { return name_; }
     const char *Begin() const { return begin_; }
     const char *End() const { return end_; }
+    // Lets the system take back the memory of what stands before `upTo` (it is read again if asked for), so that a
+    // file of many gigabytes does not count as memory of ours. Does nothing for text that was unpacked or handed in.
+    void Release(const char *upTo);
 
   private:
     TextSource() = default;
@@ -35,7 +38,7 @@ class TextSource {
     const char *begin_ = nullptr, *end_ = nullptr;
     std::string unpacked_;
     void *mapped_ = nullptr;
-    size_t mappedSize_ = 0;
+    size_t mappedSize_ = 0, released_ = 0;
 };
 
 // Reads one decimal number ("-1", ".5", "5.", "1e+006") at `p`, rounded to the nearest double, and gives the place after it;
@@ -67,6 +70,11 @@ class Lexer {
     const char *Cursor() const { return cursor_; }
     void SetCursor(const char *p) { cursor_ = p, peeked_ = false; }
     const TextSource &Source() const { return *source_; }
+    // To be called now and then: gives back the memory of the text already read.
+    void ReleaseBehind() {
+        if (cursor_ - releasedAt_ >= kReleaseStep)
+            ReleaseNow();
+    }
 
     // Line and column of a byte of the text; takes time as the bytes between this and the last place asked for.
     FileLoc Loc(const char *at) const;
@@ -77,9 +85,11 @@ class Lexer {
     std::string Unescape(const Token &string) const;
 
   private:
+    static constexpr std::ptrdiff_t kReleaseStep = 8 << 20;
+    void ReleaseNow();
     Token Scan();
     std::unique_ptr<TextSource> source_;
-    const char *cursor_, *end_;
+    const char *cursor_, *end_, *releasedAt_;
     Token peekedToken_;
     bool peeked_ = false;
     // The last place that Loc() was asked for.

@@ -457,6 +457,7 @@ SceneDescription Parser::Run(std::unique_ptr<TextSource> top) {
 void Parser::ParseAll() {
     while (!done_) {
         try {
+            lexer().ReleaseBehind();
             const Token t = lexer().Next();
             if (t.kind == Token::Kind::Word) {
                 ParseDirective(t);

@@ -579,6 +579,31 @@ TEST(Parser, GzipIsKnownByItsContent) {
     EXPECT_TRUE(Has(error(Gzip(std::string(size_t(300) << 20, ' '))), "times its size"));
 }
 
+// Text already read is given back to the system every few megabytes: places must stay right, and all curves arrive.
+TEST(Parser, LargeFileIsReleasedBehindTheReader) {
+    const TemporaryFolder folder;
+    std::string text = "WorldBegin\nAttributeBegin\n";
+    constexpr int kCurves = 250000;
+    for (int i = 0; i < kCurves; ++i)
+        text += "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 " + std::to_string(i) +
+                " 0 0] \"float width0\" [0.010000] \"float width1\" [0.005000]\n";
+    ASSERT_GT(text.size(), size_t(20) << 20);
+    const auto s = ParseScene(folder.Write("large.pbrt", text + "AttributeEnd WorldEnd\n"));
+    ASSERT_EQ(s.curves.segments.size(), static_cast<size_t>(kCurves));
+    for (int i = 0; i < kCurves; ++i)
+        ASSERT_EQ(s.curves.segments[static_cast<size_t>(i)].cp[3].x, static_cast<float>(i));
+    const std::string path = folder.Write("wrong.pbrt", text + "  TransformEnd\n");
+    try {
+        ParseScene(path);
+        FAIL() << "TransformEnd closed an AttributeBegin";
+    } catch (const Error &e) {
+        EXPECT_EQ(std::string(e.what()),
+                  path + ":" + std::to_string(kCurves + 3) +
+                      ":3: error: TransformEnd inside the block of AttributeBegin at " + path +
+                      ":2:1: that must end first\n      TransformEnd\n      ^");
+    }
+}
+
 TEST(Parser, FilesThatAreNone) {
     EXPECT_THROW(ParseScene(kData + "/no such file.pbrt"), Error);
     EXPECT_THROW(ParseScene(kData), Error);
