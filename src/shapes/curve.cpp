@@ -1,4 +1,4 @@
-//> One curve segment, plainly
+//> Define one curve segment
 #include "shapes/curve.h"
 
 #include <array>
@@ -6,7 +6,7 @@
 
 namespace cuticle {
 
-//> Between two points
+//> Interpolate between two points
 namespace {
 template <typename T>
 Vector3<T> Lerp3(T t, const Vector3<T> &a, const Vector3<T> &b) {
@@ -15,7 +15,7 @@ Vector3<T> Lerp3(T t, const Vector3<T> &a, const Vector3<T> &b) {
 } // namespace
 //<
 
-//> Points and derivatives of a cubic
+//> Evaluate a cubic and its derivatives
 Vector3d EvalBezier(const Vector3d cp[4], double u, Vector3d *derivative, Vector3d *second) {
     // De Casteljau's algorithm: the last line but one gives the derivative, the one before it the second.
     const Vector3d a[3] = {Lerp3(u, cp[0], cp[1]), Lerp3(u, cp[1], cp[2]), Lerp3(u, cp[2], cp[3])};
@@ -28,7 +28,7 @@ Vector3d EvalBezier(const Vector3d cp[4], double u, Vector3d *derivative, Vector
 }
 //<
 
-//> Which segments can be hit
+//> Say which segments can be hit
 bool IsUsable(const CurveSegment &s) {
     for (const Point3f &p : s.cp)
         if (!IsFinite(p))
@@ -39,7 +39,7 @@ bool IsUsable(const CurveSegment &s) {
 }
 //<
 
-//> The normal of a ribbon
+//> Interpolate the normal of a ribbon
 Normal3f RibbonNormal(const RibbonNormals &normals, float u) {
     const Vector3d n0 = Normalize(Vector3d(normals.n[0])), n1 = Normalize(Vector3d(normals.n[1]));
     const double angle = std::acos(std::clamp(Dot(n0, n1), -1., 1.)), sine = std::sin(angle);
@@ -58,7 +58,7 @@ CurveSearch<T>::CurveSearch(const CurveSegment &segment, const RibbonNormals *no
     const Vector3<T> d(ray.d);
     length_ = d.Length();
     z_ = d / length_;
-    //> Turn the frame so that the curve lies along x
+    //> Turn the frame so that the curve lies along $x$
     // Its boxes are then narrow. Any frame will do where the ray looks along the curve.
     const Vector3<T> across = Cross(z_, Vector3<T>(segment.cp[3]) - Vector3<T>(segment.cp[0]));
     if (const T l = across.Length(); l > 0) {
@@ -73,7 +73,7 @@ CurveSearch<T>::CurveSearch(const CurveSegment &segment, const RibbonNormals *no
 }
 //<
 
-//> The curve in the ray's frame
+//> Move the curve into the ray's frame
 // The ray is now the z axis from the origin, so that only x and y say how near the curve comes to it.
 template <typename T>
 bool CurveSearch<T>::Intersect(T u0, T u1) {
@@ -93,7 +93,7 @@ bool CurveSearch<T>::Intersect(T u0, T u1) {
         part[i] = a[0];
     }
     //<
-    //> How deep to go
+    //> Decide how deep to go
     // Halving a cubic quarters its distance from its chord, which second differences bound.
     T bend = 0;
     for (int i = 0; i < 2; ++i) {
@@ -138,7 +138,7 @@ bool CurveSearch<T>::Recurse(const Vector3<T> cp[4], T u0, T u1, int depth) {
 }
 //<
 
-//> How wide the ray sees the curve
+//> Find how wide the ray sees the curve
 template <typename T>
 T CurveSearch<T>::WidthSeen(T u) const {
     const T width = Lerp(u, T(segment_.width[0]), T(segment_.width[1]));
@@ -152,7 +152,7 @@ T CurveSearch<T>::WidthSeen(T u) const {
 //> Meet a straight piece
 template <typename T>
 bool CurveSearch<T>::IntersectLine(const Vector3<T> cp[4], T u0, T u1) {
-    //> Is the ray between the piece's ends?
+    //> Reject a ray that passes beyond the piece's ends
     // The ends are cut at right angles to the curve, so that pieces join without gap or overlap.
     const T before = cp[0].x * (cp[1].x - cp[0].x) + cp[0].y * (cp[1].y - cp[0].y);
     const T behind = cp[3].x * (cp[3].x - cp[2].x) + cp[3].y * (cp[3].y - cp[2].y);
@@ -176,7 +176,7 @@ bool CurveSearch<T>::IntersectLine(const Vector3<T> cp[4], T u0, T u1) {
     if (!(distance2 <= T(0.25) * width * width && width > 0 && p.z > zMin_ && p.z < zMax_))
         return false;
     //<
-    //> Which side of the curve, and how far from its middle
+    //> Find the side of the curve and the distance from its middle
     // v = 1/2 on the curve itself; it grows to the right of the tangent as seen along the ray.
     const T side = p.x * tangent.y - p.y * tangent.x;
     hitV_ = T(0.5) + std::copysign(std::sqrt(distance2), side) / width;
@@ -194,7 +194,7 @@ template class CurveSearch<float>;
 template class CurveSearch<double>;
 //<
 
-//> The curve as a shape
+//> Define the curve as a shape
 Curve::Curve(const CurveSegment &segment, CurveType type, const RibbonNormals *normals)
     : segment_(segment), type_(type == CurveType::Ribbon && !normals ? CurveType::Flat : type),
       normals_(normals ? *normals : RibbonNormals()) {}
@@ -228,9 +228,9 @@ Bounds3f Curve::WorldBound() const {
 }
 //<
 
-//> The surface at a hit
+//> Find the surface at a hit
 namespace {
-//> The direction of the curve, also where it stands still
+//> Find the direction of the curve, also where it stands still
 // Control points that fall together stop the curve at its end; its direction there is that of a point close by.
 Vector3d TangentAt(const Vector3d cp[4], double u, const Vector3d &rayDirection) {
     Vector3d d;
@@ -260,7 +260,7 @@ CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const
     const Vector3d center = EvalBezier(cp, u, &dpdu);
     const Vector3d tangent = TangentAt(cp, u, z);
 
-    //> Axes across the curve
+    //> Span the axes across the curve
     // back: away from the viewer; side: toward growing v. With the tangent they form a frame.
     Vector3d back = z - tangent * Dot(z, tangent);
     if (back.LengthSquared() > 1e-24) {
@@ -275,7 +275,7 @@ CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const
     const double width = Lerp<double>(u, segment.width[0], segment.width[1]);
     double seen = width;
     Vector3d n = -back, dpdv = side;
-    //> A ribbon has its own normal
+    //> Give a ribbon its own normal
     if (type == CurveType::Ribbon && normals) {
         const Vector3d own(RibbonNormal(*normals, hit.u));
         seen = width * std::abs(Dot(own, z));
@@ -287,7 +287,7 @@ CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const
         }
     }
     //<
-    //> A cylinder is shaded round
+    //> Shade a cylinder round
     // By pbrt-v3's rotation, which its picture of the three types shows: the normal leans toward v = 0 where v > 1/2. A
     // tube seen from outside would lean the other way.
     if (type == CurveType::Cylinder) {
@@ -296,7 +296,7 @@ CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const
         dpdv = side * std::cos(angle) - back * std::sin(angle);
     }
     //<
-    //> The point
+    //> Take the point from the curve
     // From the curve rather than along the ray, whose rounding grows with its length.
     const Vector3d p = center + side * ((v - 0.5) * seen);
     s.p = Point3f(p);
@@ -314,7 +314,7 @@ CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const
 }
 //<
 
-//> How many segments some control points make
+//> Count the segments that control points make
 size_t CurveSegmentCount(size_t count, CurveBasis basis, int degree, std::string *error) {
     const auto refuse = [&](const std::string &message) {
         if (error)
@@ -338,7 +338,7 @@ size_t CurveSegmentCount(size_t count, CurveBasis basis, int degree, std::string
 }
 //<
 
-//> One segment as a cubic Bezier
+//> Write one segment as a cubic Bezier
 namespace {
 using Points = std::array<Vector3d, 4>;
 // A quadratic as the cubic that is the same curve: the inner points lie two thirds of the way to the middle one.
@@ -358,7 +358,7 @@ Points BezierOfSegment(const Point3f *p, CurveBasis basis, int degree) {
 } // namespace
 //<
 
-//> All segments of a curve
+//> Append all segments of a curve
 bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degree, float width0,
                  float width1, uint32_t group, std::vector<CurveSegment> *segments, std::string *error) {
     const size_t n = CurveSegmentCount(count, basis, degree, error);
@@ -385,7 +385,7 @@ bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degr
 }
 //<
 
-//> Ribbons bring normals
+//> Append a ribbon with its normals
 bool AppendRibbon(const Point3f *points, size_t count, CurveBasis basis, int degree, float width0,
                   float width1, const Normal3f *normals, size_t normalCount, uint32_t group,
                   std::vector<CurveSegment> *segments,

@@ -1,4 +1,4 @@
-//> One curve segment, plainly
+//> Declare one curve segment
 #pragma once
 
 #include "shapes/curve_types.h"
@@ -10,7 +10,7 @@
 
 namespace cuticle {
 
-//> The search along one curve
+//> Search along one curve
 // The nearest place where a ray meets a cubic Bezier segment with a width, found by the recursion of pbrt-v3 (Pharr,
 // Jakob, Humphreys, Physically Based Rendering, 3rd ed., section 3.7; Nakamaru and Ohno 2002): cut the curve in two
 // until it is straight, leave out what the ray cannot reach, and solve for a straight line. T: double for Curve, which
@@ -42,7 +42,7 @@ class CurveSearch {
 };
 //<
 
-//> The curve as a shape
+//> Declare the curve as a shape
 class Curve {
   public:
     // normals: of a ribbon, null for the other types (a ribbon without normals is treated as flat).
@@ -65,7 +65,7 @@ class Curve {
 };
 //<
 
-//> The surface at a hit
+//> Declare the surface at a hit
 // The surface where `ray` met the segment at `hit` (pbrt-v3's conventions: v grows along ray.d x dp/du). Finite for
 // every hit that Curve or CurveSet returns. normals: of a ribbon, else null.
 CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const RibbonNormals *normals,
@@ -80,7 +80,7 @@ Vector3d EvalBezier(const Vector3d cp[4], double u, Vector3d *derivative = nullp
 bool IsUsable(const CurveSegment &segment);
 //<
 
-//> The bases of a scene file
+//> Read the bases of a scene file
 enum class CurveBasis { Bezier, BSpline };
 
 // How many segments `count` control points make in this basis and degree (2 or 3). 0: the numbers do not fit, and

@@ -1,4 +1,4 @@
-//> Many curves at once
+//> Define many curves at once
 #include "shapes/curve_set.h"
 
 #include "core/error.h"
@@ -29,7 +29,7 @@ static_assert(sizeof(Node) == 256);
 
 namespace {
 
-//> Memory in large pages
+//> Allocate memory in large pages
 // Traversal jumps about in tens of megabytes; with pages of 2 MB it waits less for address translation.
 class LargePages {
   public:
@@ -63,7 +63,7 @@ class LargePages {
 };
 //<
 
-//> The instruction sets by name
+//> Choose an instruction set by name
 struct IsaEntry {
     std::string_view name;
     const Kernel *kernel;
@@ -104,7 +104,7 @@ const Kernel *ChooseKernel(const std::string &option) {
 }
 //<
 
-//> Boxes, four floats at a time
+//> Bound by boxes, four floats at a time
 typedef float Float4 __attribute__((vector_size(16)));
 struct Box {
     Float4 lo{Infinity, Infinity, Infinity, Infinity}, hi{-Infinity, -Infinity, -Infinity, -Infinity};
@@ -131,7 +131,7 @@ struct Range {
 };
 //<
 
-//> The pieces of a segment
+//> Find the pieces of a segment
 // The matrix from a cubic's control points to those of its part [u0, u1], by blossoming: the new point i is the
 // blossom at 3 - i times u0 and i times u1, and a blossom is linear in the old points.
 void PieceMatrix(double u0, double u1, double *columns) {
@@ -168,7 +168,7 @@ PieceShape ShapeOfPiece(const CurveSegment &s, const double *columns, double u0,
 }
 //<
 
-//> How far a piece strays from its chord
+//> Bound how far a piece strays from its chord
 // The distance to a line segment is a convex function, so a curve point's is at most the Bernstein mean of those of the
 // control points: the ends' are 0, and the inner two weigh at most 3/4 together.
 double DistanceToChord(const Vector3d &p, const Vector3d &a, const Vector3d &b) {
@@ -183,7 +183,7 @@ double StrayFromChord(const PieceShape &shape) {
 }
 //<
 
-//> Build the tree
+//> Declare the builder of the tree
 class Builder {
   public:
     explicit Builder(std::vector<Reference> *references) : refs_(references->data()) {}
@@ -221,12 +221,12 @@ class Builder {
 };
 //<
 
-//> What a leaf costs
+//> Estimate what a leaf costs
 // In units of one visit to a node: the visit, and one step for each register of capsules.
 float LeafCost(uint32_t n) { return 0.5f + 0.5f * static_cast<float>((n + 7) / 8); }
 //<
 
-//> Sums over many pieces, in parallel where they are many
+//> Gather over many pieces in parallel
 template <typename Result, typename Add>
 Result Gather(uint32_t first, uint32_t count, uint32_t parallelFrom, const Add &add) {
     if (count < parallelFrom) {
@@ -398,7 +398,7 @@ void Builder::BuildNode(const Range &range, int depth, std::vector<Node> *nodes)
 
 } // namespace
 
-//> What a curve set holds
+//> List what a curve set holds
 struct CurveSet::Data {
     std::vector<CurveSegment> segments;
     std::vector<CurveType> groupTypes;
@@ -444,7 +444,7 @@ std::vector<Reference> CurveSet::Data::CutIntoPieces() {
         pieceMatrix.resize(pieceMatrix.size() + 16);
         PieceMatrix(i * share - kPieceSlack, (i + 1) * share + kPieceSlack, &pieceMatrix[16 * size_t(i)]);
     }
-    //> Which segments, and how large is the world?
+    //> Collect the usable segments and the size of the world
     std::vector<uint32_t> usable;
     usable.reserve(segments.size());
     float largest = 0;
@@ -506,7 +506,7 @@ void CurveSet::Data::WriteLeaves(std::vector<Node> *built, const std::vector<Ref
     std::memcpy(nodes.Data(), built->data(), built->size() * sizeof(Node));
     //<
 
-    //> Fill them
+    //> Fill the leaves
     std::vector<uint32_t> firstOfNode(built->size() + 1, 0);
     for (size_t i = 0; i < built->size(); ++i) {
         firstOfNode[i + 1] = firstOfNode[i];
@@ -618,7 +618,7 @@ CurveSurface CurveSet::Surface(const Ray &ray, const CurveHit &hit) const {
 }
 //<
 
-//> What it holds
+//> Tell what the set holds
 CurveSet::CurveSet() : CurveSet({}, {}) {}
 CurveSet::~CurveSet() = default;
 CurveSet::CurveSet(CurveSet &&) noexcept = default;

@@ -1,4 +1,4 @@
-//> Many curves at once
+//> Declare many curves at once
 #pragma once
 
 #include "shapes/curve_types.h"
@@ -10,7 +10,7 @@
 
 namespace cuticle {
 
-//> What may be chosen about a curve set
+//> List what may be chosen about a curve set
 struct CurveSetOptions {
     // Instruction set of the kernels: "sse2", "avx2" or "avx512". Empty: the environment's CUTICLE_ISA, or else the
     // widest that this processor has. An unknown name, or one that the processor lacks, throws Error.
@@ -22,7 +22,7 @@ struct CurveSetOptions {
 };
 //<
 
-//> The curve set
+//> Declare the curve set
 // All curves of a scene (or of one object definition) in one bounding volume hierarchy of width 8. Leaves hold up to 16
 // pieces of curve as capsules around their chords; what a capsule lets through is solved on the true cubic, in double
 // precision. Thread-safe once built; the same tree and the same hits for any number of threads.
@@ -70,14 +70,14 @@ class CurveSet {
 };
 //<
 
-//> Which instruction set
+//> Tell the instruction set
 // What a set built with these default options runs on; throws Error where CUTICLE_ISA cannot be obeyed.
 const char *CurveSetIsa();
 // Whether this processor (and operating system) can run it; false for unknown names.
 bool CurveSetIsaSupported(const std::string &isa);
 //<
 
-//> The plain opponent
+//> Declare the plain opponent
 // The way of pbrt-v3, for comparison: a binary tree over curves that were cut in 2^splitDepth pieces, each met by the
 // recursion of Curve in single precision, one at a time. A ray that starts on a curve skips two widths, as pbrt-v3's
 // error bound makes it do. The interface is CurveSet's.

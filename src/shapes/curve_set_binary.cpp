@@ -1,4 +1,4 @@
-//> The plain opponent
+//> Define the plain opponent
 #include "shapes/curve.h"
 #include "shapes/curve_set.h"
 
@@ -7,7 +7,7 @@
 namespace cuticle {
 namespace {
 
-//> A binary tree, in one array
+//> Lay out a binary tree in one array
 // The first child of an inner node follows it; `next` is the second child, or a leaf's first primitive.
 struct BinaryNode {
     Bounds3f bounds;
@@ -31,7 +31,7 @@ struct Item {
 
 } // namespace
 
-//> What the plain tree holds
+//> List what the plain tree holds
 struct BinaryCurveBvh::Data {
     std::vector<CurveSegment> segments;
     std::vector<CurveType> groupTypes;
@@ -234,7 +234,7 @@ bool BinaryCurveBvh::Occluded(const Ray &ray, const CurveOrigin *origin) const {
 }
 //<
 
-//> What it tells
+//> Tell what the plain tree holds
 BinaryCurveBvh::~BinaryCurveBvh() = default;
 BinaryCurveBvh::BinaryCurveBvh(BinaryCurveBvh &&) noexcept = default;
 BinaryCurveBvh &BinaryCurveBvh::operator=(BinaryCurveBvh &&) noexcept = default;

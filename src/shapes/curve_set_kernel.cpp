@@ -1,4 +1,4 @@
-//> Rays against a curve set, in lanes
+//> Meet curves in the lanes of registers
 // One text for all instruction sets: CUTICLE_KERNEL names the result, CUTICLE_LANES says how many floats a register
 // holds. Everything but the table at the end has internal linkage.
 #include "shapes/curve_set_kernel.h"
@@ -10,7 +10,7 @@
 namespace cuticle::curve_kernel {
 namespace {
 
-//> Registers
+//> Choose the registers
 #define CUTICLE_INLINE [[gnu::always_inline]] inline
 
 constexpr int kLanes = CUTICLE_LANES;
@@ -39,7 +39,7 @@ CUTICLE_INLINE F Fill(float x) {
 }
 //<
 
-//> Minimum and maximum
+//> Take minimum and maximum
 template <typename F>
 CUTICLE_INLINE F Least(F a, F b) {
     return a < b ? a : b;
@@ -50,7 +50,7 @@ CUTICLE_INLINE F Greatest(F a, F b) {
 }
 //<
 
-//> Masks as bits
+//> Turn masks into bits
 // One bit for each lane whose mask is set.
 template <typename I>
 CUTICLE_INLINE uint32_t Bits(I mask) {
@@ -77,7 +77,7 @@ CUTICLE_INLINE uint32_t Bits(I mask) {
 }
 //<
 
-//> Minimum and maximum
+//> Take minimum and maximum
 #if defined(__SSE2__)
 template <>
 CUTICLE_INLINE __m128 Least(__m128 a, __m128 b) {
@@ -110,7 +110,7 @@ CUTICLE_INLINE __m512 Greatest(__m512 a, __m512 b) {
 #endif
 //<
 
-//> A ray made ready
+//> Describe a ray made ready
 struct Traveller {
     // In double precision: the ray's own origin, a frame whose z is its direction, and the length of the direction.
     // Along the ray everything is measured in distances, which are t times that length.
@@ -134,7 +134,7 @@ CUTICLE_INLINE float RoundDown(double x) { return static_cast<float>(x - 4e-7 * 
 CUTICLE_INLINE float RoundUp(double x) { return static_cast<float>(x + 4e-7 * __builtin_fabs(x)); }
 //<
 
-//> How far a ray must go to be clear of the hair it leaves
+//> Find how far a ray must go to be clear of the hair it leaves
 // The ray starts on a ribbon through the hair's axis, at most a radius r from it, and has left the hair, seen as a tube,
 // after r / sin(theta), theta between ray and hair. The ribbon that the new ray sees passes through the same axis: the
 // ray meets it within that distance, and this is the false hit to be ignored.
@@ -210,7 +210,7 @@ CUTICLE_INLINE bool Start(const Tree &tree, const Query &q, Traveller *r) {
 }
 //<
 
-//> Is it the strand that the ray left?
+//> Recognise the strand that the ray left
 // The length of a segment's control polygon: no less than the length of the curve.
 CUTICLE_INLINE double PolygonLength(const float *s) {
     double sum = 0;
@@ -249,7 +249,7 @@ CUTICLE_INLINE double PolygonLength(const float *s) {
 }
 //<
 
-//> A piece of curve, seen along the ray
+//> Describe a piece of curve seen along the ray
 // Coordinates in the ray's frame, relative to its origin: across it a and b, along it z. As Bezier control points and,
 // for a and b, as powers of the piece's own parameter s.
 struct Piece {
@@ -384,7 +384,7 @@ CUTICLE_INLINE int SignChanges(const double *f) {
     stack[0].lo = 0, stack[0].hi = 1;
     top = 1;
 
-    //> How far and how fast the piece can reach
+    //> Bound the reach of the piece
     double speed = 0;
     for (int i = 0; i < 3; ++i) {
         const double da = p.a[i + 1] - p.a[i], db = p.b[i + 1] - p.b[i], d2 = da * da + db * db;
@@ -401,7 +401,7 @@ CUTICLE_INLINE int SignChanges(const double *f) {
             continue;
         const double half = 0.5 * (part.hi - part.lo), mid = part.lo + half;
         if (changes == 1) {
-            //> The one root of a part
+            //> Find the one root of a part
             // The first coefficient that is not 0 has the sign on the left.
             int first = 0;
             while (part.f[first] == 0)
@@ -452,7 +452,7 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
     p.u0 = part * share - kPieceSlack;
     p.du = share + 2 * kPieceSlack;
 
-    //> The segment in the ray's frame
+    //> Move the segment into the ray's frame
     const Double4 cx = Double4{s[0], s[3], s[6], s[9]} - r.o[0];
     const Double4 cy = Double4{s[1], s[4], s[7], s[10]} - r.o[1];
     const Double4 cz = Double4{s[2], s[5], s[8], s[11]} - r.o[2];
@@ -461,7 +461,7 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
     const Double4 z = cx * r.z[0] + cy * r.z[1] + cz * r.z[2];
     //<
 
-    //> The piece of it
+    //> Cut the piece out of it
     const double *m = tree.pieceMatrix + 16 * part;
     Double4 column[4];
     __builtin_memcpy(column, m, sizeof(column));
@@ -470,7 +470,7 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
     p.z = column[0] * z[0] + column[1] * z[1] + column[2] * z[2] + column[3] * z[3];
     //<
 
-    //> The Bernstein coefficients of $C \cdot C'$
+    //> Compute the Bernstein coefficients of $C \cdot C'$
     double pa[4], pb[4], da[3], db[3];
     for (int i = 0; i < 4; ++i)
         pa[i] = p.a[i], pb[i] = p.b[i];
@@ -490,7 +490,7 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
         return;
     //<
 
-    //> The piece as powers of s
+    //> Write the piece as powers of $s$
     p.a1 = 3 * da[0], p.a2 = 3 * (da[1] - da[0]), p.a3 = pa[3] - pa[0] - 3 * (pa[2] - pa[1]);
     p.b1 = 3 * db[0], p.b2 = 3 * (db[1] - db[0]), p.b3 = pb[3] - pb[0] - 3 * (pb[2] - pb[1]);
     //<
@@ -499,7 +499,7 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
         FindSeveralRoots(tree, r, p, f, best);
         return;
     }
-    //> One root: begin at the chord's nearest point
+    //> Find one root from the chord's nearest point
     const double ea = pa[3] - pa[0], eb = pb[3] - pb[0], e2 = ea * ea + eb * eb;
     double guess = -(pa[0] * ea + pb[0] * eb) / e2;
     guess = guess > 0 ? (guess < 1 ? guess : 1) : 0;
@@ -508,7 +508,7 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
 }
 //<
 
-//> Which capsules of a leaf does the ray pass?
+//> Test the capsules of a leaf
 // One bit for each piece of the group whose capsule the ray meets between nearest and farthest.
 CUTICLE_INLINE uint32_t MeetCapsules(const float *leaf, int n, const Traveller &r, float slack) {
     using F = Lanes;
@@ -516,12 +516,12 @@ CUTICLE_INLINE uint32_t MeetCapsules(const float *leaf, int n, const Traveller &
             pz = Load<F>(leaf + kP0z * n) - r.of[2];
     const F ex = Load<F>(leaf + kEx * n), ey = Load<F>(leaf + kEy * n), ez = Load<F>(leaf + kEz * n);
     const F radius = Load<F>(leaf + kRadius * n) + slack;
-    //> Chord and ray, across and along
+    //> Resolve the chords across and along the ray
     const F pa = px * r.xf[0] + py * r.xf[1] + pz * r.xf[2], ea = ex * r.xf[0] + ey * r.xf[1] + ez * r.xf[2];
     const F pb = px * r.yf[0] + py * r.yf[1] + pz * r.yf[2], eb = ex * r.yf[0] + ey * r.yf[1] + ez * r.yf[2];
     const F pc = px * r.zf[0] + py * r.zf[1] + pz * r.zf[2], ec = ex * r.zf[0] + ey * r.zf[1] + ez * r.zf[2];
     //<
-    //> The chord's point nearest to the ray
+    //> Find the chords' points nearest to the ray
     const F zero = Fill<F>(0.f), one = Fill<F>(1.f);
     const F s = Least(Greatest(-(pa * ea + pb * eb) / (ea * ea + eb * eb + 1e-37f), zero), one);
     const F a = pa + s * ea, b = pb + s * eb;
@@ -569,7 +569,7 @@ CUTICLE_INLINE bool MeetLeaf(const Tree &tree, Traveller *r, uint32_t leafRef, A
 }
 //<
 
-//> Which children does the ray enter?
+//> Test the boxes of the children
 // One bit for each; enter[i]: where.
 CUTICLE_INLINE uint32_t MeetBoxes(const Node &node, const Traveller &r, float *enter) {
     using F = BoxLanes;
@@ -660,7 +660,7 @@ bool Occluded(const Tree &tree, const Query &query) { return Walk<true>(tree, qu
 
 } // namespace
 
-//> The kernel's table
+//> Write the kernel's table
 #define CUTICLE_STRING_OF(x) #x
 #define CUTICLE_STRING(x) CUTICLE_STRING_OF(x)
 extern const Kernel CUTICLE_KERNEL;

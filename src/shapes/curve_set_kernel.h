@@ -1,4 +1,4 @@
-//> What the kernels and the curve set share
+//> Declare what the kernels and the curve set share
 #pragma once
 
 // The kernels' source is compiled once for each instruction set. Anything inline that it took from a shared header
@@ -9,7 +9,7 @@
 
 namespace cuticle::curve_kernel {
 
-//> The nodes of the tree
+//> Lay out the nodes of the tree
 inline constexpr int kWidth = 8;       // children of a node
 inline constexpr int kLeafPieces = 16; // pieces of curve in a leaf, at most
 inline constexpr int kMaxDepth = 96;   // of the tree: the build keeps below it
@@ -33,7 +33,7 @@ enum LeafArray { kP0x, kP0y, kP0z, kEx, kEy, kEz, kRadius, kPiece, kLeafArrays }
 inline constexpr size_t kLeafPadding = 64;
 //<
 
-//> What a kernel is given
+//> List what a kernel is given
 struct Tree {
     const Node *nodes = nullptr; // [0] is the root
     const unsigned char *leaves = nullptr;
@@ -68,7 +68,7 @@ struct Answer {
 };
 //<
 
-//> A kernel
+//> Declare a kernel
 struct Kernel {
     bool (*intersect)(const Tree &, const Query &, Answer *);
     bool (*occluded)(const Tree &, const Query &);
