@@ -145,10 +145,10 @@ CUTICLE_INLINE Refraction<T> Refract(T cosThetaO, T h, T cosGammaO, T eta, T eta
     // Below 1e-9 the angle counts as 1e-9: the limits at grazing incidence are then taken by themselves.
     const T cosO = std::max(cosThetaO, T(1e-9L)), cosIncident = cosO * std::max(cosGammaO, T(1e-9L));
     const T t = std::sqrt(std::max(T(0), etaSquaredMinusOne + cosIncident * cosIncident));
-    const T eSquared = std::max(T(1e-36L), etaSquaredMinusOne + cosO * cosO);
-    const T invE = 1 / std::sqrt(eSquared);
-    const T sinGammaT = std::clamp(h * cosO * invE, T(-1), T(1));
-    return {cosIncident, t, sinGammaT, std::min(t * invE, T(1)), 2 * eta * t * invE * invE};
+    // e^2 = t^2 + (h cos theta_o)^2 by its parts, so that sine and cosine of gamma_t square to 1 at the critical angle.
+    const T across = h * cosO, invE = 1 / std::sqrt(std::max(T(1e-36L), t * t + across * across));
+    const T sinGammaT = across * invE;
+    return {cosIncident, t, sinGammaT, t * invE, 2 * eta * (t * invE) * invE};
 }
 //<
 
