@@ -487,6 +487,20 @@ TEST_F(Damaged, AbsurdHeaders) {
     }
 }
 
+// stb_image 2.27 wrote beyond its tables for these; every code must fit, and at most 256 of them.
+TEST_F(Damaged, JPEGHuffmanTablesWithTooManyCodes) {
+    const std::string good = JPEG(8, 8, {1, 2, 3});
+    const size_t at = good.find("\xff\xc4") + 5; // the 16 counts of the first table
+    std::string manyOfOneLength = good, manyInAll = good;
+    manyOfOneLength[at] = '\x03'; // three codes of one bit
+    for (size_t i = 0; i < 16; ++i)
+        manyInAll[at + i] = static_cast<char>(i < 8 ? 0 : 60);
+    EXPECT_EQ(MessageOf([&] { DecodeImage("a.jpg", good); }), "");
+    EXPECT_NE(MessageOf([&] { DecodeImage("a.jpg", manyOfOneLength); }).find("of one length"),
+              std::string::npos);
+    EXPECT_NE(MessageOf([&] { DecodeImage("a.jpg", manyInAll); }).find("480 codes"), std::string::npos);
+}
+
 // Every way to cut a file short is an Error; the formats' tails that hold no pixels may be missing.
 TEST_F(Damaged, EveryTruncationIsAnErrorOrHarmless) {
     const Image image = Gradient(9, 7, {"R", "G", "B"});
