@@ -19,7 +19,7 @@ struct CompareArguments {
     std::string test, reference, errorImage;
     bool json = false;
     double pixelsPerDegree = 67;
-    std::optional<double> maxMSE, maxRelativeMSE, maxMean, maxP99, maxFLIP, maxRejected;
+    std::optional<double> maxMSE, maxRelativeMSE, maxMean, maxP99, maxFLIP, maxRejected, maxBias;
 };
 
 struct Row {
@@ -82,18 +82,21 @@ void RunCompare(const CompareArguments &a) {
     CompareOptions options;
     options.pixelsPerDegree = a.pixelsPerDegree;
     const Comparison c = Compare(test, reference, options);
-    if (a.maxRejected && !c.zTest)
-        throw Error("--max-rejected needs the channels variance.R, .G and .B in both pictures (cuticle "
-                    "render --variance)");
+    if ((a.maxRejected || a.maxBias) && !c.zTest)
+        throw Error(
+            "--max-rejected and --max-bias need the channels variance.R, .G and .B in both pictures (cuticle "
+            "render --variance)");
     const std::optional<double> rejected =
         c.zTest ? std::optional(c.zTest->rejectedFraction) : std::optional<double>();
+    const std::optional<double> bias = c.zTest ? std::optional(c.zTest->bias) : std::optional<double>();
     const std::vector<Row> rows = {
         {"MSE", "mse", "--max-mse", c.mse, a.maxMSE},
         {"relative MSE", "relative_mse", "--max-relmse", c.relativeMSE, a.maxRelativeMSE},
         {"mean difference", "mean_difference", "--max-mean", c.meanDifference, a.maxMean},
         {"99th percentile", "p99_difference", "--max-p99", c.p99Difference, a.maxP99},
         {"FLIP", "flip", "--max-flip", c.flip, a.maxFLIP},
-        {"fraction rejected", "rejected_fraction", "--max-rejected", rejected, a.maxRejected}};
+        {"fraction rejected", "rejected_fraction", "--max-rejected", rejected, a.maxRejected},
+        {"bias, standard deviations", "bias", "--max-bias", bias, a.maxBias}};
     bool failed = c.badPixels > 0;
     for (const Row &row : rows)
         failed |= row.Fails();
@@ -145,6 +148,8 @@ void AddCompareCommand(CLI::App &app) {
     limit("--max-flip", &a->maxFLIP, "largest mean FLIP, 0 (same) to 1");
     limit("--max-rejected", &a->maxRejected,
           "largest fraction of pixels that the z-test rejects; needs variances in both pictures");
+    limit("--max-bias", &a->maxBias,
+          "largest difference of the whole pictures' means, in its standard deviations; needs variances");
     c->footer(
         "Values are linear radiance, R, G and B; 8-bit pictures are decoded from sRGB to [0, 1]. The z-test\n"
         "rejects a pixel where its difference is too large for the variances of both pictures, at a level\n"

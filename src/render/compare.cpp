@@ -110,6 +110,7 @@ ZTest TestDifferences(const Planes &a, const Planes &b, const Planes &varianceA,
     test.level =
         test.values > 0 ? -std::expm1(std::log1p(-options.alpha) / static_cast<double>(test.values)) : 0;
     //<
+    std::array<double, 3> sum{}, variances{}; // over the picture, of differences and of their variances
     for (size_t i = 0; i < a.Size(); ++i) {
         bool rejected = false;
         for (size_t c = 0; c < 3 && !bad[i]; ++c) {
@@ -122,9 +123,16 @@ ZTest TestDifferences(const Planes &a, const Planes &b, const Planes &varianceA,
             const double p = va == vb ? 1 : std::erfc(std::abs(va - vb) / std::sqrt(2 * variance));
             //<
             rejected |= !(p >= test.level);
+            sum[c] += va - vb;
+            variances[c] += variance;
         }
         test.rejectedPixels += rejected;
     }
+    // What is too small to see in any pixel shows in the sum of all: the bias of the whole picture, in its standard
+    // deviations.
+    for (size_t c = 0; c < 3; ++c)
+        if (variances[c] > 0)
+            test.bias = std::max(test.bias, std::abs(sum[c]) / std::sqrt(variances[c]));
     //> Judge the picture by the fraction that is rejected
     // A variance measured from a few samples is itself uncertain, most where bright paths are rare: a few rejected
     // pixels are forgiven (0.25%, as in Mitsuba 3's tests of its renderings), a wrong region is not.

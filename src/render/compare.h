@@ -25,6 +25,7 @@ struct ZTest {
     double level = 0;            // significance of each single test, Sidak's 1 - (1 - alpha)^(1/n)
     size_t rejectedPixels = 0;   // with at least one channel beyond that level
     double rejectedFraction = 0; // of the pixels
+    double bias = 0;             // of R, G, B the largest |sum of differences| in its standard deviations
     bool passed = false;         // rejectedFraction <= allowedRejected
 };
 //<

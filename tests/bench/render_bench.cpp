@@ -32,7 +32,8 @@ int runs[2] = {};
 
 void RenderBall(benchmark::State &state) {
     const bool plain = state.range(0) == 1;
-    SetHairKernels(plain ? "scalar" : "");
+    static const std::string best = CurrentHairKernels().name;
+    SetHairKernels(plain ? "scalar" : best);
     SceneDescription description = ParseSceneText(kScene, "benchmark");
     SceneOptions sceneOptions;
     sceneOptions.binaryCurves = plain;
