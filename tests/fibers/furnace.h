@@ -15,8 +15,8 @@
 
 namespace cuticle::furnace {
 
-inline constexpr size_t kNodes = 8; // in a panel
-inline constexpr double kPanel = 0.9;
+inline constexpr size_t kNodes = 8;   // in a panel
+inline constexpr double kPanel = 0.9; // in t; 8 nodes in it integrate lobes to 1e-9
 
 struct Rule {
     std::array<double, kNodes> x, w; // on [-1, 1]
@@ -65,12 +65,14 @@ struct Peak {
 // Nodes in x with the weights of dx, a whole number of panels.
 struct Mesh {
     std::vector<double> x, weight;
+    std::vector<double> edges;   // of the panels, one more than there are
     std::vector<double> perUnit; // dx for one unit of the panel's own variable
 };
 
 // Over u in [a, b], x = position(u), dx/du = slope(u).
 template <typename Position, typename Slope>
-Mesh MakeMesh(double a, double b, double k, const std::vector<Peak> &peaks, Position position, Slope slope) {
+Mesh MakeMesh(double a, double b, double k, const std::vector<Peak> &peaks, double panelInT,
+              Position position, Slope slope) {
     const auto t = [&](double u, double *slopeOfT) {
         double sum = k * u, rate = k;
         const double x = position(u), dx = slope(u);
@@ -83,42 +85,49 @@ Mesh MakeMesh(double a, double b, double k, const std::vector<Peak> &peaks, Posi
     };
     double rate = 0;
     const double t0 = t(a, &rate), t1 = t(b, &rate);
-    const auto panels = static_cast<size_t>(std::ceil((t1 - t0) / kPanel));
+    const auto panels = static_cast<size_t>(std::ceil((t1 - t0) / panelInT));
     const double half = (t1 - t0) / static_cast<double>(panels) / 2;
+    // Where t(u) = target: Newton's method, kept inside the interval that is known to hold the place.
+    const auto solve = [&](double target, double from) {
+        double to = b, u = from;
+        for (int step = 0; step < 200; ++step) {
+            const double miss = t(u, &rate) - target, previous = u;
+            (miss < 0 ? from : to) = u;
+            u -= miss / rate;
+            if (!(u > from && u < to))
+                u = (from + to) / 2;
+            if (std::abs(u - previous) <= 1e-15 * (1e-3 + std::abs(u)))
+                break;
+        }
+        t(u, &rate);
+        return u;
+    };
     Mesh mesh;
     const Rule &rule = GaussLegendre();
     double low = a;
-    for (size_t panel = 0; panel < panels; ++panel)
+    for (size_t panel = 0; panel < panels; ++panel) {
+        const double middle = t0 + half * (2 * static_cast<double>(panel) + 1);
+        mesh.edges.push_back(position(low));
         for (size_t i = kNodes; i-- > 0;) { // the rule's nodes fall
-            const double target = t0 + half * (2 * static_cast<double>(panel) + 1 + rule.x[i]);
-            // Newton's method, kept inside the interval that is known to hold the node.
-            double from = low, to = b, u = low;
-            for (int step = 0; step < 200; ++step) {
-                const double miss = t(u, &rate) - target;
-                (miss < 0 ? from : to) = u;
-                const double next = u - miss / rate;
-                const double previous = u;
-                u = next > from && next < to ? next : (from + to) / 2;
-                if (std::abs(u - previous) <= 1e-15 * (1e-3 + std::abs(u)))
-                    break;
-            }
-            low = from;
-            t(u, &rate);
+            const double u = solve(middle + half * rule.x[i], low);
             mesh.x.push_back(position(u));
             mesh.perUnit.push_back(half * slope(u) / rate);
             mesh.weight.push_back(rule.w[i] * half * slope(u) / rate);
         }
+        low = panel + 1 < panels ? solve(middle + half, low) : b;
+    }
+    mesh.edges.push_back(position(b));
     return mesh;
 }
 
 // theta over (-pi/2, pi/2), through sin theta = tanh u: towards the poles the nodes close up.
-inline Mesh ThetaMesh(const std::vector<Peak> &peaks) {
+inline Mesh ThetaMesh(const std::vector<Peak> &peaks, double panelInT = kPanel) {
     return MakeMesh(
-        -20, 20, 1, peaks, [](double u) { return std::atan(std::sinh(u)); },
+        -20, 20, 1, peaks, panelInT, [](double u) { return std::atan(std::sinh(u)); },
         [](double u) { return 1 / std::cosh(u); });
 }
 // An azimuth once around, beginning opposite the mean of the peaks.
-inline Mesh PhiMesh(std::vector<Peak> peaks, double from) {
+inline Mesh PhiMesh(std::vector<Peak> peaks, double from, double panelInT = kPanel) {
     constexpr double turn = 2 * std::numbers::pi;
     for (Peak &p : peaks)
         p.centre -= turn * std::floor((p.centre - from) / turn);
@@ -129,7 +138,7 @@ inline Mesh PhiMesh(std::vector<Peak> peaks, double from) {
         peaks.push_back({p.centre + turn, p.width});
     }
     return MakeMesh(
-        from, from + turn, 2, peaks, [](double u) { return u; }, [](double) { return 1.; });
+        from, from + turn, 2, peaks, panelInT, [](double u) { return u; }, [](double) { return 1.; });
 }
 
 // The derivative of tabulated values at node i along its panel, in x; stride: from node to node.

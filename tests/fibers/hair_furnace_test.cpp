@@ -2,6 +2,7 @@
 // samples the BSDF returns the sum of A_p whatever M_p and N_p are.
 #include "fibers/every_kernel.h"
 #include "fibers/furnace.h"
+#include "fibers/hair_peaks.h"
 
 #include "core/sampling.h"
 #include "fibers/hair.h"
@@ -125,27 +126,9 @@ struct Energy {
 Energy OverSphere(const HairBSDF &hair, const HairParameters &parameters, double thetaO, double phiO) {
     const HairLobes<double> lobes(parameters);
     const Vector3f wo = Direction(thetaO, phiO);
-    // Lay the nodes on the peaks.
-    std::vector<furnace::Peak> thetaPeaks, phiPeaks;
-    const double sinO = wo.x, cosO = std::hypot(static_cast<double>(wo.y), static_cast<double>(wo.z));
-    for (size_t p = 0; p < kLobes; ++p) {
-        const SinCosine<double> axis = Tilted(sinO, cosO, lobes.sinTilt[p], lobes.cosTilt[p]);
-        const furnace::Peak peak = {-std::atan2(axis.sin, axis.cos), std::sqrt(lobes.v[p])};
-        bool isNew = true;
-        for (const furnace::Peak &other : thetaPeaks)
-            isNew = isNew && std::abs(other.centre - peak.centre) + std::abs(other.width - peak.width) > 1e-9;
-        if (isNew)
-            thetaPeaks.push_back(peak);
-    }
-    const Refraction<double> inside =
-        Refract(cosO, lobes.h, lobes.cosGammaO, lobes.eta, (lobes.eta - 1) * (lobes.eta + 1));
-    const PhiOnCircle<double> turn =
-        TurnsOfPaths(lobes.h, lobes.cosGammaO, inside.sinGammaT, inside.cosGammaT);
-    const double azimuthO = std::atan2(static_cast<double>(wo.z), static_cast<double>(wo.y));
-    for (size_t p = 0; p < 3; ++p)
-        phiPeaks.push_back({azimuthO + std::atan2(turn.sin[p], turn.cos[p]), lobes.s});
-    const furnace::Mesh thetaMesh = furnace::ThetaMesh(thetaPeaks);
-    const furnace::Mesh phiMesh = furnace::PhiMesh(phiPeaks, 0.1);
+    const HairPeaks peaks(lobes, Vector3d(wo));
+    const furnace::Mesh thetaMesh = furnace::ThetaMesh(peaks.theta);
+    const furnace::Mesh phiMesh = furnace::PhiMesh(peaks.phi, 0.1);
     const size_t rows = thetaMesh.x.size(), columns = phiMesh.x.size();
     std::vector<double> f(rows * columns), pdf(rows * columns), dTheta(rows * columns), dPhi(rows * columns);
     for (size_t i = 0; i < rows; ++i)
