@@ -58,7 +58,8 @@ TEST(AsPrinted, MpCancelsInBinary32) {
         }
         return worst;
     };
-    EXPECT_GT(off(0.005f), 0.02);
+    std::printf("printed M_p in binary32 at beta_m 0.005: peak off by %.3f\n", off(0.005f));
+    EXPECT_GT(off(0.005f), 0.01);
     EXPECT_GT(off(1e-4f), 1);
     EXPECT_FALSE(std::isfinite(as_printed::Mp(1.f, 1.f, 0.f, 0.f, 0.f)));
 }
