@@ -43,7 +43,7 @@ const PluginNames &Names(PluginKind kind) {
         {"Accelerator", {"bvh", "kdtree"}, {}, {"grid", "none"}},
         {"Shape",
          {"curve", "trianglemesh", "plymesh", "sphere", "disk", "cylinder", "cone", "paraboloid",
-          "hyperboloid", "heightfield", "loopsubdiv", "nurbs", "hairfile", "groom"},
+          "hyperboloid", "heightfield", "loopsubdiv", "nurbs", "hairfile", "groom", "groomhead"},
          {"bilinearmesh"},
          {}},
         {"Material",
@@ -428,7 +428,10 @@ Parser::Parser(const ParseOptions &options, const std::string &folder)
 
 void Parser::Push(std::unique_ptr<TextSource> source, const std::string &canonical) {
     scene_.bytesRead += static_cast<size_t>(source->End() - source->Begin());
-    files_.push_back({std::make_unique<Lexer>(std::move(source)), canonical});
+    File file;
+    file.lexer = std::make_unique<Lexer>(std::move(source)); // may throw, and then nothing is pushed
+    file.canonical = canonical;
+    files_.push_back(std::move(file));
 }
 
 SceneDescription Parser::Run(std::unique_ptr<TextSource> top) {
@@ -575,7 +578,7 @@ void Parser::CheckPluginName(PluginKind kind, const std::string &name, const cha
 
 std::string Parser::ReadPluginName(const Token &word, PluginKind kind) {
     const Token t = lexer().Peek();
-    const std::string name = ReadString(word, "a type");
+    std::string name = ReadString(word, "a type");
     CheckPluginName(kind, name, t.begin);
     return name;
 }

@@ -994,6 +994,19 @@ TEST(ParserErrors, CollectedOneByOne) {
         EXPECT_TRUE(errors[i].starts_with("test.pbrt:" + std::string(places[i]) + ":")) << errors[i];
 }
 
+TEST(ParserErrors, UnreadableIncludeLeavesTheIncluderReadable) {
+    const TemporaryFolder folder;
+    folder.Write("utf16.pbrt", std::string("\xff\xfeS\0h\0", 6));
+    std::vector<std::string> errors;
+    ParseOptions options;
+    options.collectErrors = &errors;
+    const auto s =
+        ParseSceneText(World("Include \"utf16.pbrt\"\nShape \"sphere\""), "t", folder.Path(), options);
+    EXPECT_EQ(s.shapes.size(), 1u);
+    ASSERT_EQ(errors.size(), 1u);
+    EXPECT_TRUE(Has(errors[0], "utf16.pbrt:1:1: error: this is UTF-16 text")) << errors[0];
+}
+
 // Hostile input of some 20 MB each ends in an Error within a second of processor time.
 TEST(ParserErrors, HostileInputEndsSoon) {
     constexpr size_t kSize = 20 << 20;
