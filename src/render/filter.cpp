@@ -77,6 +77,12 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
             axis.density[k] = static_cast<float>(std::abs(g[k]) * step / axis.absIntegral);
             axis.cdf[k] = static_cast<float>(running[k] / axis.absIntegral);
         }
+        axis.guide.resize(kSteps);
+        for (size_t slot = 0, k = 0; slot < kSteps; ++slot) {
+            while (k + 1 < kSteps && axis.cdf[k + 1] <= static_cast<float>(slot) / static_cast<float>(kSteps))
+                ++k;
+            axis.guide[slot] = static_cast<uint16_t>(k);
+        }
     }
     integral_ = axis_[0].integral * axis_[1].integral;
     absIntegral_ = axis_[0].absIntegral * axis_[1].absIntegral;
@@ -103,8 +109,9 @@ float Filter::Sample1D(const Axis &axis, float u, float *sign) const {
         return u < 0.5f ? radius * (std::sqrt(2 * u) - 1) : radius * (1 - std::sqrt(2 * (1 - u)));
     // Find the step with cdf[k] <= u < cdf[k + 1], then solve for the place within, where the density is a + (b - a) s:
     // a s + (b - a) s^2 / 2 = rest, in the form that does not cancel.
-    const auto above = std::upper_bound(axis.cdf.begin() + 1, axis.cdf.end() - 1, u);
-    const auto k = static_cast<size_t>(above - axis.cdf.begin()) - 1;
+    size_t k = axis.guide[static_cast<size_t>(u * static_cast<float>(axis.guide.size()))];
+    while (k + 1 < kSteps && axis.cdf[k + 1] <= u)
+        ++k;
     const float rest = std::max(0.f, u - axis.cdf[k]), a = axis.density[k], b = axis.density[k + 1];
     const float root = a + std::sqrt(std::max(0.f, a * a + 2 * (b - a) * rest));
     const float s = root > 0 ? std::min(2 * rest / root, 1.f) : 0.5f;

@@ -43,6 +43,7 @@ class Filter {
         double radius = 0;
         double integral = 0, absIntegral = 0;
         std::vector<float> density, cdf;
+        std::vector<uint16_t> guide; // the last step whose cdf is at most i / guide.size()
     };
     double Evaluate1D(double x, double radius) const;
     float Sample1D(const Axis &axis, float u, float *sign) const;
