@@ -128,11 +128,13 @@ ZTest TestDifferences(const Planes &a, const Planes &b, const Planes &varianceA,
         }
         test.rejectedPixels += rejected;
     }
+    //> Measure the bias of the whole picture
     // What is too small to see in any pixel shows in the sum of all: the bias of the whole picture, in its standard
     // deviations.
     for (size_t c = 0; c < 3; ++c)
         if (variances[c] > 0)
             test.bias = std::max(test.bias, std::abs(sum[c]) / std::sqrt(variances[c]));
+    //<
     //> Judge the picture by the fraction that is rejected
     // A variance measured from a few samples is itself uncertain, most where bright paths are rare: a few rejected
     // pixels are forgiven (0.25%, as in Mitsuba 3's tests of its renderings), a wrong region is not.
