@@ -13,6 +13,7 @@
 #include <bit>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <string_view>
 
@@ -400,7 +401,9 @@ void Builder::BuildNode(const Range &range, int depth, std::vector<Node> *nodes)
 
 //> List what a curve set holds
 struct CurveSet::Data {
-    std::vector<CurveSegment> segments;
+    LargePages segmentPages;
+    const CurveSegment *segments = nullptr;
+    size_t segmentCount = 0;
     std::vector<CurveType> groupTypes;
     std::vector<uint32_t> ribbonOf; // by segment; empty where there are no ribbons
     std::vector<RibbonNormals> ribbonNormals;
@@ -421,7 +424,7 @@ struct CurveSet::Data {
 // Those of segments that are ribbons, scaled to unit length; a normal without direction makes the ribbon a flat curve.
 void CurveSet::Data::SortRibbons(const std::unordered_map<uint32_t, RibbonNormals> &ribbons) {
     for (const auto &[index, normals] : ribbons) {
-        if (index >= segments.size())
+        if (index >= segmentCount)
             continue;
         const uint32_t group = segments[index].group;
         const float l0 = normals.n[0].Length(), l1 = normals.n[1].Length();
@@ -429,7 +432,7 @@ void CurveSet::Data::SortRibbons(const std::unordered_map<uint32_t, RibbonNormal
             !std::isfinite(l0) || !std::isfinite(l1))
             continue;
         if (ribbonOf.empty())
-            ribbonOf.assign(segments.size(), kNoRibbon);
+            ribbonOf.assign(segmentCount, kNoRibbon);
         ribbonOf[index] = static_cast<uint32_t>(ribbonNormals.size());
         ribbonNormals.push_back({{normals.n[0] / l0, normals.n[1] / l1}});
     }
@@ -446,9 +449,9 @@ std::vector<Reference> CurveSet::Data::CutIntoPieces() {
     }
     //> Collect the usable segments and the size of the world
     std::vector<uint32_t> usable;
-    usable.reserve(segments.size());
+    usable.reserve(segmentCount);
     float largest = 0;
-    for (uint32_t i = 0; i < segments.size(); ++i) {
+    for (uint32_t i = 0; i < segmentCount; ++i) {
         const CurveSegment &s = segments[i];
         if (!IsUsable(s)) {
             ++dropped;
@@ -558,12 +561,17 @@ CurveSet::CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> gr
     : data_(std::make_unique<Data>()) {
     Data &d = *data_;
     d.kernel = ChooseKernel(options.isa);
-    d.segments = std::move(segments);
+    d.segmentCount = segments.size();
+    d.segmentPages = LargePages(segments.size() * sizeof(CurveSegment));
+    std::uninitialized_copy(segments.begin(), segments.end(),
+                            reinterpret_cast<CurveSegment *>(d.segmentPages.Data()));
+    d.segments = reinterpret_cast<const CurveSegment *>(d.segmentPages.Data());
+    segments = {};
     d.groupTypes = std::move(groupTypes);
     d.tree.split = std::clamp(options.split < 0 ? kDefaultSplit : options.split, 0, 3);
     d.tree.selfReach = std::max(options.selfReach, 0.f);
-    if (d.segments.size() << d.tree.split > kLeafPlaceMask)
-        throw Error("too many curves for one set: " + std::to_string(d.segments.size()));
+    if (d.segmentCount << d.tree.split > kLeafPlaceMask)
+        throw Error("too many curves for one set: " + std::to_string(d.segmentCount));
     d.SortRibbons(ribbons);
     std::vector<Reference> references = d.CutIntoPieces();
     if (references.empty())
@@ -582,8 +590,8 @@ CurveSet::CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> gr
         d.tree.bounds[c] = all.lo[c], d.tree.bounds[3 + c] = all.hi[c];
     d.tree.nodes = reinterpret_cast<const Node *>(d.nodes.Data());
     d.tree.leaves = d.leaves.Data();
-    d.tree.segments = reinterpret_cast<const float *>(d.segments.data());
-    d.tree.segmentCount = static_cast<uint32_t>(d.segments.size());
+    d.tree.segments = reinterpret_cast<const float *>(d.segments);
+    d.tree.segmentCount = static_cast<uint32_t>(d.segmentCount);
     d.tree.pieceMatrix = d.pieceMatrix.data();
     if (!d.ribbonOf.empty()) {
         d.tree.ribbonOf = d.ribbonOf.data();
@@ -625,10 +633,10 @@ CurveSet::CurveSet(CurveSet &&) noexcept = default;
 CurveSet &CurveSet::operator=(CurveSet &&) noexcept = default;
 
 Bounds3f CurveSet::WorldBound() const { return data_->bounds; }
-size_t CurveSet::SegmentCount() const { return data_->segments.size(); }
+size_t CurveSet::SegmentCount() const { return data_->segmentCount; }
 size_t CurveSet::DroppedSegments() const { return data_->dropped; }
 size_t CurveSet::MemoryBytes() const {
-    return data_->segments.capacity() * sizeof(CurveSegment) + data_->groupTypes.capacity() +
+    return data_->segmentPages.Size() + data_->groupTypes.capacity() +
            data_->ribbonOf.capacity() * sizeof(uint32_t) +
            data_->ribbonNormals.capacity() * sizeof(RibbonNormals) + data_->nodes.Size() +
            data_->leaves.Size() + data_->pieceMatrix.capacity() * sizeof(double) + sizeof(Data);

@@ -589,6 +589,16 @@ CUTICLE_INLINE uint32_t MeetBoxes(const Node &node, const Traveller &r, float *e
 }
 //<
 
+//> Ask for a child's memory before it is needed
+// Of the children that wait, most are visited soon after; their cache misses then overlap.
+CUTICLE_INLINE void Prefetch(const Tree &tree, uint32_t child) {
+    const unsigned char *p = child & kLeafBit ? tree.leaves + kLeafUnit * size_t(child & kLeafPlaceMask)
+                                              : reinterpret_cast<const unsigned char *>(tree.nodes + child);
+    for (size_t line = 0; line < 4; ++line)
+        __builtin_prefetch(p + 64 * line);
+}
+//<
+
 //> Walk down the tree
 template <bool Any>
 CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
@@ -635,6 +645,7 @@ CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
                         --place;
                     }
                     stack[place] = next;
+                    Prefetch(tree, next.child);
                 }
                 at = nearest.child;
                 continue;

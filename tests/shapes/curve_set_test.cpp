@@ -1,0 +1,271 @@
+#include "core/error.h"
+#include "core/sampling.h"
+#include "shapes/curve.h"
+#include "shapes/curve_set.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cstdlib>
+#include <random>
+
+namespace cuticle {
+namespace {
+
+struct Random {
+    explicit Random(uint64_t seed) : engine(seed) {}
+    float operator()(float a, float b) { return std::uniform_real_distribution<float>(a, b)(engine); }
+    Point3f Point() { return {(*this)(-1, 1), (*this)(-1, 1), (*this)(-1, 1)}; }
+    Vector3f Direction() { return UniformSampleSphere({(*this)(0, 1), (*this)(0, 1)}); }
+    std::mt19937_64 engine;
+};
+
+// A tuft of wavy strands of 8 segments each.
+std::vector<CurveSegment> Tuft(size_t strands, uint64_t seed = 1, float width = 0.004f) {
+    Random random(seed);
+    std::vector<CurveSegment> segments;
+    for (size_t i = 0; i < strands; ++i) {
+        Point3f p = random.Point() * 0.3f;
+        Vector3f d = random.Direction();
+        std::vector<Point3f> points;
+        for (int k = 0; k < 11; ++k) {
+            points.push_back(p);
+            p += d * 0.08f;
+            d = Normalize(d + random.Direction() * 0.4f);
+        }
+        AppendCurve(points.data(), points.size(), CurveBasis::BSpline, 3, width, 0.5f * width, 0, &segments);
+    }
+    return segments;
+}
+Ray Toward(Random *random) {
+    Ray ray;
+    ray.o = random->Direction() * 2;
+    ray.d = random->Point() * 0.5f - ray.o;
+    return ray;
+}
+
+TEST(CurveSet, NothingIsHitInAnEmptySet) {
+    const CurveSet set;
+    CurveHit hit;
+    Ray ray;
+    ray.d = {0, 0, 1};
+    EXPECT_FALSE(set.Intersect(ray, nullptr, &hit));
+    EXPECT_FALSE(set.Occluded(ray, nullptr));
+    EXPECT_TRUE(set.WorldBound().IsEmpty());
+    EXPECT_EQ(set.SegmentCount(), 0u);
+}
+
+TEST(CurveSet, BadInputIsDroppedAndCounted) {
+    std::vector<CurveSegment> s = Tuft(2);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const size_t good = s.size();
+    for (int i = 0; i < 5; ++i)
+        s.push_back(s[0]);
+    s[good].cp[2].y = nan;
+    s[good + 1].cp[0].x = Infinity;
+    s[good + 2].width[0] = nan;
+    s[good + 3].width[0] = s[good + 3].width[1] = -1;
+    s[good + 4].cp[0] = s[good + 4].cp[1] = s[good + 4].cp[2] = s[good + 4].cp[3];
+    const CurveSet set(s, {CurveType::Flat});
+    EXPECT_EQ(set.DroppedSegments(), 5u);
+    EXPECT_EQ(set.SegmentCount(), good + 5);
+    EXPECT_TRUE(IsFinite(set.WorldBound().pMin) && IsFinite(set.WorldBound().pMax));
+    Random random(1);
+    CurveHit hit;
+    size_t hits = 0;
+    for (int i = 0; i < 20000; ++i)
+        if (set.Intersect(Toward(&random), nullptr, &hit)) {
+            EXPECT_LT(hit.segment, good);
+            ++hits;
+        }
+    EXPECT_GT(hits, 50u);
+
+    for (const Vector3f &d : {Vector3f(0, 0, 0), Vector3f(nan, 0, 1), Vector3f(Infinity, 0, 0)}) {
+        Ray ray;
+        ray.d = d;
+        EXPECT_FALSE(set.Intersect(ray, nullptr, &hit));
+        EXPECT_FALSE(set.Occluded(ray, nullptr));
+    }
+    Ray ray;
+    ray.o.x = nan;
+    ray.d = {1, 0, 0};
+    EXPECT_FALSE(set.Intersect(ray, nullptr, &hit));
+}
+
+TEST(CurveSet, ManyIdenticalCurvesBuild) {
+    const std::vector<CurveSegment> one = Tuft(1);
+    const CurveSet set(std::vector<CurveSegment>(20000, one[3]), {});
+    const CurveSet single({one[3]}, {});
+    Random random(4);
+    size_t hits = 0;
+    for (int i = 0; i < 100; ++i) {
+        Ray ray;
+        ray.o = random.Direction() * 2;
+        ray.d = Point3f(one[3].cp[1] + one[3].cp[2]) * 0.5f - ray.o;
+        CurveHit a, b;
+        ASSERT_EQ(set.Intersect(ray, nullptr, &a), single.Intersect(ray, nullptr, &b));
+        if (single.Intersect(ray, nullptr, &b)) {
+            ++hits;
+            EXPECT_EQ(a.t, b.t);
+            EXPECT_EQ(a.v, b.v);
+        }
+    }
+    EXPECT_GT(hits, 20u);
+}
+
+// The plain recursion over all segments, one after another, says the same.
+TEST(CurveSet, AgreesWithEverySegmentAlone) {
+    const std::vector<CurveSegment> s = Tuft(120);
+    const CurveSet set(s, {CurveType::Flat});
+    const BinaryCurveBvh binary(s, {CurveType::Flat});
+    Random random(2);
+    size_t hits = 0, different = 0, binaryDifferent = 0;
+    constexpr int n = 5000;
+    for (int i = 0; i < n; ++i) {
+        Ray ray = Toward(&random);
+        CurveHit plain, hit;
+        bool found = false;
+        Ray left = ray;
+        for (uint32_t k = 0; k < s.size(); ++k) {
+            CurveHit h;
+            if (Curve(s[k], CurveType::Flat).Intersect(left, &h)) {
+                plain = h, plain.segment = k, left.tMax = h.t;
+                found = true;
+            }
+        }
+        const auto same = [&](bool other) {
+            return found == other && (!found || std::abs(plain.t - hit.t) < 1e-4f * plain.t);
+        };
+        hits += found;
+        different += !same(set.Intersect(ray, nullptr, &hit));
+        binaryDifferent += !same(binary.Intersect(ray, nullptr, &hit));
+        EXPECT_EQ(set.Occluded(ray, nullptr), set.Intersect(ray, nullptr, &hit));
+    }
+    EXPECT_GT(hits, 500u);
+    EXPECT_LE(different, 1u); // a grazing ray may go either way
+    EXPECT_LE(binaryDifferent, n / 200u);
+}
+
+TEST(CurveSet, EveryThreadCountBuildsTheSameTree) {
+    const std::vector<CurveSegment> s = Tuft(6000);
+    std::vector<CurveHit> first;
+    for (const size_t threads : {1, 2, 5}) {
+        tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+        const CurveSet set(s, {CurveType::Flat});
+        static size_t bytes = set.MemoryBytes();
+        EXPECT_EQ(set.MemoryBytes(), bytes);
+        Random random(3);
+        for (size_t i = 0; i < 3000; ++i) {
+            CurveHit hit;
+            set.Intersect(Toward(&random), nullptr, &hit);
+            if (first.size() <= i)
+                first.push_back(hit);
+            EXPECT_EQ(first[i].t, hit.t);
+            EXPECT_EQ(first[i].segment, hit.segment);
+            EXPECT_EQ(first[i].v, hit.v);
+        }
+    }
+}
+
+TEST(CurveSet, ACurveTakesAtMost250Bytes) {
+    // One segment each, as a scene of separate Shape statements.
+    std::vector<CurveSegment> s;
+    const std::vector<CurveSegment> tuft = Tuft(10000);
+    const CurveSet set(tuft, {CurveType::Flat});
+    EXPECT_LE(static_cast<double>(set.MemoryBytes()) / static_cast<double>(tuft.size()), 250);
+}
+
+TEST(CurveSet, AnUnknownInstructionSetIsAnError) {
+    CurveSetOptions options;
+    options.isa = "mmx";
+    EXPECT_THROW(CurveSet(Tuft(1), {}, {}, options), Error);
+    const char *before = std::getenv("CUTICLE_ISA");
+    const std::string saved = before ? before : "";
+    setenv("CUTICLE_ISA", "sse3", 1);
+    EXPECT_THROW(CurveSetIsa(), Error);
+    setenv("CUTICLE_ISA", "sse2", 1);
+    EXPECT_STREQ(CurveSetIsa(), "sse2");
+    for (const char *isa : {"avx2", "avx512"}) {
+        setenv("CUTICLE_ISA", isa, 1);
+        if (CurveSetIsaSupported(isa)) {
+            EXPECT_STREQ(CurveSetIsa(), isa);
+        } else {
+            EXPECT_THROW(CurveSetIsa(), Error);
+        }
+    }
+    if (before)
+        setenv("CUTICLE_ISA", saved.c_str(), 1);
+    else
+        unsetenv("CUTICLE_ISA");
+}
+
+// A ray that crosses a strand at a joint of two segments with a common tangent meets one or the other.
+TEST(CurveSet, JointsLoseNoHits) {
+    const std::vector<CurveSegment> s = Tuft(500);
+    Random random(6);
+    for (const int split : {0, 1, 2, 3}) {
+        CurveSetOptions options;
+        options.split = split;
+        const CurveSet set(s, {CurveType::Flat}, {}, options);
+        size_t rays = 0, missed = 0;
+        for (size_t i = 0; i + 1 < s.size(); ++i) {
+            if (!(s[i].cp[3] == s[i + 1].cp[0]))
+                continue;
+            // At the joint of two segments, and at those of the pieces within the first.
+            for (const double u : {0.125, 0.25, 0.5, 0.75, 1.})
+                for (int k = 0; k < 4; ++k) {
+                    const Vector3d cp[4] = {Vector3d(s[i].cp[0]), Vector3d(s[i].cp[1]), Vector3d(s[i].cp[2]),
+                                            Vector3d(s[i].cp[3])};
+                    Ray ray;
+                    ray.o = random.Direction() * 2;
+                    const Vector3d p = EvalBezier(cp, u);
+                    ray.d = Vector3f(p - Vector3d(ray.o));
+                    CurveHit hit;
+                    ++rays;
+                    missed += !set.Intersect(ray, nullptr, &hit) || hit.t > 1.001f;
+                }
+        }
+        EXPECT_EQ(missed, 0u) << "of " << rays << ", split " << split;
+    }
+}
+
+// A ray that leaves a hair does not meet it where it stands, but meets a neighbour at less than a radius.
+TEST(CurveSet, LeavesItsHairAndMeetsCloseNeighbours) {
+    const float r = 0.01f;
+    std::vector<CurveSegment> s;
+    const auto straight = [&](float y, float z) {
+        std::vector<Point3f> p;
+        for (int i = 0; i < 13; ++i)
+            p.push_back({0.1f * static_cast<float>(i), y, z});
+        AppendCurve(p.data(), p.size(), CurveBasis::Bezier, 3, 2 * r, 2 * r, 0, &s);
+    };
+    straight(0, 0);
+    straight(0, 0.4f * r); // so near that both overlap
+    const CurveSet set(s, {CurveType::Flat});
+    Random random(8);
+    size_t own = 0, neighbour = 0;
+    constexpr int n = 20000;
+    for (int i = 0; i < n; ++i) {
+        // Onto the first hair from below, at a random place across it; then away in a random direction.
+        Ray ray;
+        ray.o = {random(0.1f, 1.1f), random(-r, r) * 0.99f, -1};
+        ray.d = {0, 0, 1};
+        CurveHit hit;
+        ASSERT_TRUE(set.Intersect(ray, nullptr, &hit));
+        ASSERT_LT(hit.segment, 4u);
+        Ray next;
+        next.o = set.Surface(ray, hit).p;
+        next.d = random.Direction();
+        const CurveOrigin origin{hit.segment, hit.u};
+        if (set.Intersect(next, &origin, &hit)) {
+            own += hit.segment < 4;
+            neighbour += hit.segment >= 4;
+            EXPECT_TRUE(set.Occluded(next, &origin));
+        }
+    }
+    EXPECT_EQ(own, 0u); // a straight hair is never met again
+    EXPECT_GT(neighbour, n / 3u);
+}
+
+} // namespace
+} // namespace cuticle
