@@ -231,8 +231,8 @@ TEST(Render, CurveConfigurationsAgreeWhereHairsLieFarApart) {
 // A mirror-like black fiber sends light that meets it off its axis to that side (erratum of pbrt-v3's h; see
 // HairMaterial). One thick fiber along y, seen from +z, lit from +x: the lit half must be the one at +x.
 TEST(HairMaterial, TheLitSideFacesTheLight) {
-    const std::string scene = FilmText(9, 1) + R"(LookAt 0 0 5 0 0 0 0 1 0
-Camera "perspective" "float fov" 1 "float screenwindow" [-11 11 -1 1]
+    const std::string scene = FilmText(9, 1) + R"(LookAt 0 0 500 0 0 0 0 1 0
+Camera "perspective" "float fov" .01 "float screenwindow" [-11 11 -1 1]
 Sampler "halton" "integer pixelsamples" 64 Integrator "directlighting"
 WorldBegin LightSource "distant" "point from" [1 0 0.3] "point to" [0 0 0] Material "hair" "rgb sigma_a" [99 99 99] "float beta_n" .2 "float alpha" 0
 Shape "curve" "point P" [0 -3 0 0 -1 0 0 1 0 0 3 0] "float width" 1.0 WorldEnd)";
