@@ -37,13 +37,27 @@ CUTICLE_INLINE T Max(T a, T b) {
     return a < b ? b : a;
 }
 
-// Multiplies a polynomial out by Horner's rule; coefficients from the constant upward.
-template <typename V, typename... C>
-CUTICLE_INLINE V Polynomial(V x, float c0, C... rest) {
+// Evaluates a polynomial, coefficients (numbers or registers) from the constant upward: four at a time by pairs, so
+// that fewer multiplications wait for each other than in Horner's rule. What the kernels cost is mostly waiting.
+template <typename V, typename C0>
+CUTICLE_INLINE V Polynomial(V, C0 c0) {
+    return V(c0);
+}
+template <typename V, typename C0, typename C1>
+CUTICLE_INLINE V Polynomial(V x, C0 c0, C1 c1) {
+    return V(c0) + x * V(c1);
+}
+template <typename V, typename C0, typename C1, typename C2>
+CUTICLE_INLINE V Polynomial(V x, C0 c0, C1 c1, C2 c2) {
+    return (V(c0) + x * V(c1)) + (x * x) * V(c2);
+}
+template <typename V, typename C0, typename C1, typename C2, typename C3, typename... C>
+CUTICLE_INLINE V Polynomial(V x, C0 c0, C1 c1, C2 c2, C3 c3, C... rest) {
+    const V x2 = x * x, low = (V(c0) + x * V(c1)) + x2 * (V(c2) + x * V(c3));
     if constexpr (sizeof...(rest) == 0)
-        return V(c0);
+        return low;
     else
-        return V(c0) + x * Polynomial(x, rest...);
+        return low + (x2 * x2) * Polynomial(x, rest...);
 }
 
 // The exponentially scaled modified Bessel function of order 0 in two parts:
@@ -60,13 +74,11 @@ CUTICLE_INLINE ScaledBessel<V> SplitI0e(V x) {
     const auto small = x < V(5.f);
     const V t = V(1.f) / (x + V(0.25f));
     const V y = Select(small, x * x, t);
-    constexpr float below[] = {0.9999999406f,   0.250000304f,    0.0156247454f,   0.0004341087895f,
-                               6.769073416e-6f, 6.887625289e-8f, 4.22232154e-10f, 3.534933798e-12f};
-    constexpr float above[] = {0.3989422922f, 0.09972770261f, 0.05694282937f, 0.02125113883f,
-                               0.6998527047f, -5.677961349f,  26.93223739f,   -42.85610836f};
-    V p = Select(small, V(below[7]), V(above[7]));
-    for (int k = 6; k >= 0; --k)
-        p = p * y + Select(small, V(below[k]), V(above[k]));
+    const auto c = [small](float below, float above) { return Select(small, V(below), V(above)); };
+    const V p = Polynomial(y, c(0.9999999406f, 0.3989422922f), c(0.250000304f, 0.09972770261f),
+                           c(0.0156247454f, 0.05694282937f), c(0.0004341087895f, 0.02125113883f),
+                           c(6.769073416e-6f, 0.6998527047f), c(6.887625289e-8f, -5.677961349f),
+                           c(4.22232154e-10f, 26.93223739f), c(3.534933798e-12f, -42.85610836f));
     return {p * Select(small, V(1.f), Sqrt(t)), Select(small, x, V(0.f))};
 }
 

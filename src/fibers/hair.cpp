@@ -11,14 +11,19 @@ namespace cuticle {
 
 namespace {
 //> Refuse what has no meaning, clamp what is out of range
-float Checked(const char *name, float value, float low, float high) {
-    if (std::isnan(value))
-        throw Error(std::string("HairBSDF: ") + name + " is not a number");
-    return std::clamp(value, low, high);
+// The message is made aside, so that the constructor stays short.
+[[noreturn, gnu::cold, gnu::noinline]] void Refuse(const char *name, float value) {
+    throw Error(std::string("HairBSDF: ") + name + " is " + std::to_string(value) +
+                "; it must be a number, eta and alpha finite");
 }
-float Finite(const char *name, float value) {
-    if (!std::isfinite(value))
-        throw Error(std::string("HairBSDF: ") + name + " must be finite, not " + std::to_string(value));
+inline float Clamped(const char *name, float value, float low, float high) {
+    if (std::isnan(value)) [[unlikely]]
+        Refuse(name, value);
+    return std::min(std::max(value, low), high);
+}
+inline float Finite(const char *name, float value) {
+    if (!(std::abs(value) < Infinity)) [[unlikely]]
+        Refuse(name, value);
     return value;
 }
 //<
@@ -38,12 +43,12 @@ Spectrum WithoutCosine(const HairValue &value, const Vector3f &wi) {
 HairBSDF::HairBSDF(Float h, Float eta, const Spectrum &sigma_a, Float beta_m, Float beta_n, Float alpha,
                    ScaleTilt tilt)
     : BxDF(static_cast<BxDFType>(BSDF_GLOSSY | BSDF_REFLECTION | BSDF_TRANSMISSION)),
-      parameters_{Checked("h", h, -1, 1),
-                  Checked("eta", Finite("eta", eta), 1e-3f, 1e3f),
-                  {Checked("sigma_a", sigma_a[0], 0, 1e18f), Checked("sigma_a", sigma_a[1], 0, 1e18f),
-                   Checked("sigma_a", sigma_a[2], 0, 1e18f)},
-                  Checked("beta_m", beta_m, 0, 1),
-                  Checked("beta_n", beta_n, 0, 1),
+      parameters_{Clamped("h", h, -1, 1),
+                  Clamped("eta", Finite("eta", eta), 1e-3f, 1e3f),
+                  {Clamped("sigma_a", sigma_a[0], 0, 1e18f), Clamped("sigma_a", sigma_a[1], 0, 1e18f),
+                   Clamped("sigma_a", sigma_a[2], 0, 1e18f)},
+                  Clamped("beta_m", beta_m, 0, 1),
+                  Clamped("beta_n", beta_n, 0, 1),
                   Finite("alpha", alpha),
                   tilt},
       kernels_(&CurrentHairKernels()) {

@@ -29,6 +29,10 @@ struct Lanes {
     CUTICLE_INLINE float Get() const {
         return static_cast<Register::register_type>(v)[lane];
     }
+    CUTICLE_INLINE Lanes LastFromThird() const {
+        const Register::register_type r = v;
+        return Register(__builtin_shufflevector(r, r, 0, 1, 2, 2));
+    }
     CUTICLE_INLINE Integers Bits() const { return xsimd::bitwise_cast<Integers>(v); }
     CUTICLE_INLINE static Lanes FromBits(Integers bits) { return xsimd::bitwise_cast<Register>(bits); }
     CUTICLE_INLINE std::array<float, 4> Array() const {
@@ -152,24 +156,25 @@ void SetUp(const HairParameters &parameters, HairSetup &setup) {
     setup.etaSquaredMinusOne = (parameters.eta - 1) * (parameters.eta + 1);
     setup.sigmaA = Lanes(parameters.sigmaA[0], parameters.sigmaA[1], parameters.sigmaA[2], 0).Array();
     //> Compute what depends on the roughnesses
-    // v of TRT serves the last lobe too, so a lane is free for the logistic's exp(-pi/s).
-    const Lanes v =
-        Max(Lanes(UnscaledVariance(parameters.betaM)) * Lanes(1, 0.25f, 4, 4), Lanes(kSmallestV<float>));
+    // v of TRT serves the last lobe too. Its lane is free for the logistic, whose exp(-pi/s) is exp(-2/v) of a v of
+    // 2s/pi.
     setup.s = AzimuthalScale(parameters.betaN);
-    const float invS = 1 / setup.s;
-    const Lanes invV = Lanes(1.f) / v, exponents = Lanes(-2.f) * invV;
-    const ExpPair e = ExpBoth(Lanes(exponents.Get<0>(), exponents.Get<1>(), exponents.Get<2>(), -Pi * invS));
-    const Lanes mass(-e.expm1.Get<0>(), -e.expm1.Get<1>(), -e.expm1.Get<2>(), -e.expm1.Get<2>());
-    setup.v = v.Array(), setup.mpMass = mass.Array();
-    setup.invV = invV.Array(), setup.mpNorm = (invV / mass).Array();
+    const Lanes v =
+        Max(Lanes(UnscaledVariance(parameters.betaM)) * Lanes(1, 0.25f, 4, 0), Lanes(kSmallestV<float>)) +
+        Lanes(0, 0, 0, (2 / Pi) * setup.s - kSmallestV<float>);
+    const Lanes invV = Lanes(1.f) / v;
+    const ExpPair e = ExpBoth(Lanes(-2.f) * invV);
+    const Lanes mass = (-e.expm1).LastFromThird();
+    setup.v = v.LastFromThird().Array(), setup.mpMass = mass.Array();
+    setup.invV = invV.LastFromThird().Array(), setup.mpNorm = (invV.LastFromThird() / mass).Array();
     //<
     //> Compute the factors of the logistic
     // Trimmed to [-pi, pi] it is 1 / (1 - npTail) times larger; the last lobe is constant, 1 / (2 pi).
-    const float beyond = e.exp.Get<3>(), onePlus = 1 + beyond;
+    const float invS = (2 / Pi) * invV.Get<3>(), beyond = e.exp.Get<3>(), onePlus = 1 + beyond;
     setup.npTail = 2 * beyond / onePlus;
     const float norm = invS * onePlus / -e.expm1.Get<3>();
-    setup.invS = Lanes(invS, invS, invS, 0).Array();
-    setup.npNorm = Lanes(norm, norm, norm, 2 / Pi).Array();
+    setup.invS = (Lanes(invS) * Lanes(1, 1, 1, 0)).Array();
+    setup.npNorm = (Lanes(norm) * Lanes(1, 1, 1, 0) + Lanes(0, 0, 0, 2 / Pi)).Array();
     //<
     //> Compute the tilts of the scales
     const SinCosine<Lanes> tilt =
@@ -183,9 +188,9 @@ void SetUp(const HairParameters &parameters, HairSetup &setup) {
 struct View {
     FiberAngles<float> o;
     SinCosine<Lanes> tilted; // of theta_o, for each lobe
-    SinCosine<Lanes> phi;    // Phi of each lobe, on the circle
+    SinCosine<Lanes> phi;    // Phi of each lobe, in the plane
     Lanes r, g, b, y;        // A_p of each lobe in three colours, and its luminance
-    float sumY;
+    float sumY, invSumY;     // invSumY is 0 where no light leaves
 };
 CUTICLE_INLINE View Look(const HairSetup &setup, const Vector3f &wo) {
     View view;
@@ -202,9 +207,9 @@ CUTICLE_INLINE View Look(const HairSetup &setup, const Vector3f &wo) {
     view.r = byColor.a, view.g = byColor.b, view.b = byColor.c;
     view.y = Lanes(kLuminance[0]) * view.r + Lanes(kLuminance[1]) * view.g + Lanes(kLuminance[2]) * view.b;
     view.sumY = xsimd::hadd(view.y.v);
+    view.invSumY = view.sumY < kBlack ? 0 : 1 / view.sumY;
     //<
-    const PhiOnCircle<float> turn =
-        TurnsOfPaths(setup.h, setup.cosGammaO, inside.sinGammaT, inside.cosGammaT);
+    const PhiInPlane<float> turn = TurnsOfPaths(setup.h, setup.cosGammaO, inside);
     view.phi = {Lanes(turn.sin[0], turn.sin[1], turn.sin[2], turn.sin[3]),
                 Lanes(turn.cos[0], turn.cos[1], turn.cos[2], turn.cos[3])};
     return view;
@@ -220,7 +225,7 @@ CUTICLE_INLINE HairValue Gather(const HairSetup &setup, const View &view, float 
                           ScaledLogistic(absDPhi, Lanes(setup.invS), Lanes(setup.npNorm));
     const Rows parts = {view.r * density, view.g * density, view.b * density, view.y * density};
     const std::array<float, 4> sums = (SumRows(parts) + Lanes(doubt)).Array();
-    return {{sums[0], sums[1], sums[2]}, view.sumY < kBlack ? doubt : sums[3] / view.sumY};
+    return {{sums[0], sums[1], sums[2]}, sums[3] * view.invSumY};
 }
 //<
 
@@ -270,7 +275,7 @@ HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<fl
     const std::array<float, 4> sinTurn = view.phi.sin.Array(), cosTurn = view.phi.cos.Array();
     const float cosine = cosines[1] * cosTurn[q] - sines[1] * sinTurn[q];
     const float sine = sines[1] * cosTurn[q] + cosines[1] * sinTurn[q];
-    const float scale = 1.5f - 0.5f * (cosine * cosine + sine * sine); // back to length 1
+    const float scale = 1 / std::sqrt(cosine * cosine + sine * sine);
     const SinCosine<float> phi{sine * scale, cosine * scale};
     const float size = theta.cos / (view.o.cosTheta > 0 ? view.o.cosTheta : 1);
     *wi = {theta.sin + doubt, size * (view.o.y * phi.cos - view.o.z * phi.sin) + doubt,

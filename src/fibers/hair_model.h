@@ -131,24 +131,22 @@ CUTICLE_INLINE SinCosine<V> Tilted(V sinThetaO, V cosThetaO, V sinTilt, V cosTil
 
 //> Attenuation $A_p$
 //> Refract into the cylinder
-// All in terms of two roots that stay finite at grazing angles and for eta = 1:
-//     e = sqrt(eta^2 - sin^2 theta_o) = eta' cos theta_o,       t = sqrt(eta^2 - 1 + cos^2 theta_o cos^2 gamma_o).
-// sin gamma_t = h / eta' = h cos theta_o / e, cos gamma_t = t / e. A segment is 2 cos gamma_t / cos theta_t radii long,
-// cos theta_t = e / eta, so 2 eta t / e^2. Where the fiber is thinner than air (eta < 1) and all light is
-// reflected, t = 0.
+// All in terms of a root that stays finite at grazing angles and for eta = 1,
+//     t = sqrt(eta^2 - 1 + cos^2 theta_o cos^2 gamma_o),    a = h cos theta_o,    e^2 = t^2 + a^2:
+// e = sqrt(eta^2 - sin^2 theta_o) = eta' cos theta_o, sin gamma_t = h / eta' = a / e, cos gamma_t = t / e. A segment is
+// 2 cos gamma_t / cos theta_t radii long, cos theta_t = e / eta, so 2 eta t / e^2. Where the fiber is thinner than air
+// (eta < 1) and all light is reflected, t = 0.
 template <typename T>
 struct Refraction {
-    T cosIncident, t, sinGammaT, cosGammaT, length;
+    T cosIncident, t, a, length;
+    T SinGammaT() const { return a / std::sqrt(t * t + a * a); }
 };
 template <typename T>
 CUTICLE_INLINE Refraction<T> Refract(T cosThetaO, T h, T cosGammaO, T eta, T etaSquaredMinusOne) {
-    // Below 1e-9 the angle counts as 1e-9: the limits at grazing incidence are then taken by themselves.
-    const T cosO = std::max(cosThetaO, T(1e-9L)), cosIncident = cosO * std::max(cosGammaO, T(1e-9L));
-    const T t = std::sqrt(std::max(T(0), etaSquaredMinusOne + cosIncident * cosIncident));
-    // e^2 = t^2 + (h cos theta_o)^2 by its parts, so that sine and cosine of gamma_t square to 1 at the critical angle.
-    const T across = h * cosO, invE = 1 / std::sqrt(std::max(T(1e-36L), t * t + across * across));
-    const T sinGammaT = across * invE;
-    return {cosIncident, t, sinGammaT, t * invE, 2 * eta * (t * invE) * invE};
+    // Below 1e-6 the angle counts as 1e-6: the limits at grazing incidence are then taken by themselves.
+    const T cosO = std::max(cosThetaO, T(1e-6L)), cosIncident = cosO * std::max(cosGammaO, T(1e-6L));
+    const T t = std::sqrt(std::max(T(0), etaSquaredMinusOne + cosIncident * cosIncident)), a = h * cosO;
+    return {cosIncident, t, a, 2 * eta * t / std::max(T(1e-30L), t * t + a * a)};
 }
 //<
 
@@ -204,25 +202,20 @@ template <typename T>
 T Phi(int p, T gammaO, T gammaT) {
     return 2 * T(p) * gammaT - 2 * gammaO + T(p) * kPi<T>;
 }
-// The same as points on the unit circle. A path that meets the circle at sin gamma_o = h turns by -2 gamma_o when
-// it is reflected, and by pi + 2 gamma_t more with every segment: squares and products of complex numbers. No
-// angle is formed, so none is rounded or wrapped.
+// The same as directions in the plane, vectors of any length. A path that meets the circle at sin gamma_o = h turns
+// by -2 gamma_o when it is reflected, and by pi + 2 gamma_t more with every segment: squares and products of complex
+// numbers. No angle is formed, so none is rounded or wrapped; no root is needed either, as e drops out.
 template <typename T>
-struct PhiOnCircle {
+struct PhiInPlane {
     std::array<T, kLobes> cos, sin;
 };
 template <typename T>
-CUTICLE_INLINE PhiOnCircle<T> TurnsOfPaths(T h, T cosGammaO, T sinGammaT, T cosGammaT) {
-    const T segmentCos = sinGammaT * sinGammaT - cosGammaT * cosGammaT,
-            segmentSin = -2 * sinGammaT * cosGammaT;
-    PhiOnCircle<T> phi;
-    phi.cos[0] = cosGammaO * cosGammaO - h * h, phi.sin[0] = -2 * h * cosGammaO;
-    for (size_t p = 1; p < 3; ++p) {
-        phi.cos[p] = phi.cos[p - 1] * segmentCos - phi.sin[p - 1] * segmentSin;
-        phi.sin[p] = phi.sin[p - 1] * segmentCos + phi.cos[p - 1] * segmentSin;
-    }
-    phi.cos[3] = 1, phi.sin[3] = 0; // the last lobe is uniform in azimuth
-    return phi;
+CUTICLE_INLINE PhiInPlane<T> TurnsOfPaths(T h, T cosGammaO, const Refraction<T> &inside) {
+    const T segmentCos = inside.a * inside.a - inside.t * inside.t, segmentSin = -2 * inside.a * inside.t;
+    const T cos0 = cosGammaO * cosGammaO - h * h, sin0 = -2 * h * cosGammaO;
+    const T cos1 = cos0 * segmentCos - sin0 * segmentSin, sin1 = sin0 * segmentCos + cos0 * segmentSin;
+    const T cos2 = cos1 * segmentCos - sin1 * segmentSin, sin2 = sin1 * segmentCos + cos1 * segmentSin;
+    return {{cos0, cos1, cos2, 1}, {sin0, sin1, sin2, 0}}; // the last lobe is uniform in azimuth
 }
 //<
 
@@ -432,7 +425,7 @@ typename HairLobes<T>::Value HairLobes<T>::Evaluate(const Vector3<T> &wo, const 
     const FiberAngles<T> o = AnglesOf(wo.x, wo.y, wo.z), i = AnglesOf(wi.x, wi.y, wi.z);
     const SinCosine<T> phi = RelativeAzimuth(o, i);
     const Refraction<T> inside = Refracted(o.cosTheta);
-    const PhiOnCircle<T> turn = TurnsOfPaths(h, cosGammaO, inside.sinGammaT, inside.cosGammaT);
+    const PhiInPlane<T> turn = TurnsOfPaths(h, cosGammaO, inside);
     std::array<T, kLobes> dPhi;
     for (size_t p = 0; p < kLobes; ++p)
         dPhi[p] = std::atan2(phi.sin * turn.cos[p] - phi.cos * turn.sin[p],
@@ -469,10 +462,10 @@ typename HairLobes<T>::Value HairLobes<T>::Sample(const Vector3<T> &wo, std::arr
     //<
     //> Sample $\phi_i - \phi_o$ about the turn of the path
     const T dPhiQ = q < 3 ? SampleTrimmedLogistic(u[1], s, npTail) : kPi<T> * (2 * u[1] - 1);
-    const PhiOnCircle<T> turn = TurnsOfPaths(h, cosGammaO, inside.sinGammaT, inside.cosGammaT);
+    const PhiInPlane<T> turn = TurnsOfPaths(h, cosGammaO, inside);
     const T c = std::cos(dPhiQ), d = std::sin(dPhiQ);
     const T cosPhi = c * turn.cos[q] - d * turn.sin[q], sinPhi = d * turn.cos[q] + c * turn.sin[q];
-    const T scale = thetaI.cos / std::hypot(o.y, o.z);
+    const T scale = thetaI.cos / std::hypot(o.y, o.z) / std::hypot(cosPhi, sinPhi);
     *wi = {thetaI.sin, scale * (o.y * cosPhi - o.z * sinPhi), scale * (o.z * cosPhi + o.y * sinPhi)};
     //<
     //> Evaluate at the sampled angles

@@ -23,8 +23,7 @@ struct HairPeaks {
         }
         const Refraction<double> inside =
             Refract(cosO, lobes.h, lobes.cosGammaO, lobes.eta, (lobes.eta - 1) * (lobes.eta + 1));
-        const PhiOnCircle<double> turn =
-            TurnsOfPaths(lobes.h, lobes.cosGammaO, inside.sinGammaT, inside.cosGammaT);
+        const PhiInPlane<double> turn = TurnsOfPaths(lobes.h, lobes.cosGammaO, inside);
         for (size_t p = 0; p < 3; ++p)
             phi.push_back({std::atan2(wo.z, wo.y) + std::atan2(turn.sin[p], turn.cos[p]), lobes.s});
     }

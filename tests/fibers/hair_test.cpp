@@ -597,11 +597,12 @@ TEST(HairModel, TurnsOnTheCircleArePhi) {
         for (const double theta : {0., 0.8, 1.5}) {
             const Refraction<double> r =
                 Refract(std::cos(theta), h, std::sqrt(1 - h * h), 1.55, 1.55 * 1.55 - 1);
-            const PhiOnCircle<double> turn = TurnsOfPaths(h, std::sqrt(1 - h * h), r.sinGammaT, r.cosGammaT);
+            const PhiInPlane<double> turn = TurnsOfPaths(h, std::sqrt(1 - h * h), r);
             for (int p = 0; p < 3; ++p) {
-                const double phi = Phi(p, std::asin(h), std::asin(r.sinGammaT));
-                EXPECT_NEAR(turn.cos[static_cast<size_t>(p)], std::cos(phi), 1e-14);
-                EXPECT_NEAR(turn.sin[static_cast<size_t>(p)], std::sin(phi), 1e-14);
+                const double phi = Phi(p, std::asin(h), std::asin(r.SinGammaT()));
+                const double c = turn.cos[static_cast<size_t>(p)], s = turn.sin[static_cast<size_t>(p)];
+                EXPECT_NEAR(c / std::hypot(c, s), std::cos(phi), 1e-14);
+                EXPECT_NEAR(s / std::hypot(c, s), std::sin(phi), 1e-14);
             }
         }
 }
@@ -614,7 +615,7 @@ TEST(HairModel, RefractionIsTheTextsInOtherTerms) {
                 Refract(std::cos(theta), h, std::sqrt(1 - h * h), eta, eta * eta - 1);
             const double etaPrime = std::sqrt(eta * eta - Sqr(std::sin(theta))) / std::cos(theta);
             const double cosThetaT = std::sqrt(1 - Sqr(std::sin(theta) / eta));
-            EXPECT_NEAR(r.sinGammaT, h / etaPrime, 1e-14);
+            EXPECT_NEAR(r.SinGammaT(), h / etaPrime, 1e-14);
             EXPECT_NEAR(r.length, 2 * std::sqrt(1 - Sqr(h / etaPrime)) / cosThetaT, 1e-13);
             const double t = std::exp(-sigma * r.length);
             const FresnelPair<double> f = Fresnel(r.cosIncident, r.t, eta);
