@@ -341,6 +341,38 @@ void BM_Accuracy(benchmark::State &state, Who who) {
     state.counters["t_p99_radii"] = percentile(tError, 0.99);
 }
 
+//  How often a bounce meets the hair that it leaves, by the reach of the test that should prevent it; and how often it
+//  meets something else than with the default reach when the ray instead starts so many radii out.
+void BM_SelfHits(benchmark::State &state, float reach, bool offset) {
+    const World &w = World::Get();
+    CurveSetOptions options;
+    options.selfReach = reach;
+    const CurveSet set(w.segments, {CurveType::Flat}, {}, options);
+    const size_t stride = std::max<size_t>(1, w.bounce.size() / 100000);
+    size_t rays = 0, own = 0, ownNear = 0, differs = 0;
+    for (auto _ : state)
+        for (size_t i = 0; i < w.bounce.size(); i += stride) {
+            Task task = w.bounce[i];
+            CurveHit hit, standard;
+            const bool expected = w.set->Intersect(task.ray, &task.origin, &standard);
+            if (offset)
+                task.ray.tMin = task.clear / 1.5f * reach;
+            const bool found = set.Intersect(task.ray, offset ? nullptr : &task.origin, &hit);
+            ++rays;
+            const bool same =
+                found && hit.segment / kSegmentsPerStrand == task.origin.segment / kSegmentsPerStrand;
+            own += same;
+            ownNear += same && hit.t < 2 * task.clear;
+            differs +=
+                found != expected || (found && (hit.segment != standard.segment || hit.t != standard.t));
+        }
+    const double n = static_cast<double>(rays);
+    state.counters["rays"] = n;
+    state.counters["own_hair%"] = 100 * static_cast<double>(own) / n;
+    state.counters["own_hair_near%"] = 100 * static_cast<double>(ownNear) / n;
+    state.counters["differs%"] = 100 * static_cast<double>(differs) / n;
+}
+
 void BM_Memory(benchmark::State &state, Who who) {
     const World &w = World::Get();
     const double n = static_cast<double>(w.segments.size());
@@ -374,5 +406,13 @@ int main(int argc, char **argv) {
         benchmark::RegisterBenchmark((std::string("accuracy/") + kWho[who]).c_str(), BM_Accuracy, who)
             ->Iterations(1);
     }
+    for (const float reach : {0.f, 0.5f, 1.f, 1.5f, 3.f})
+        benchmark::RegisterBenchmark(("self_hits/reach:" + std::to_string(reach).substr(0, 3)).c_str(),
+                                     BM_SelfHits, reach, false)
+            ->Iterations(1);
+    for (const float radii : {0.2f, 1.5f, 4.f, 7.f})
+        benchmark::RegisterBenchmark(("self_hits/offset_radii:" + std::to_string(radii).substr(0, 3)).c_str(),
+                                     BM_SelfHits, radii, true)
+            ->Iterations(1);
     benchmark::RunSpecifiedBenchmarks();
 }
