@@ -143,8 +143,9 @@ struct Refraction {
 };
 template <typename T>
 CUTICLE_INLINE Refraction<T> Refract(T cosThetaO, T h, T cosGammaO, T eta, T etaSquaredMinusOne) {
-    // Below 1e-6 the angle counts as 1e-6: the limits at grazing incidence are then taken by themselves.
-    const T cosO = std::max(cosThetaO, T(1e-6L)), cosIncident = cosO * std::max(cosGammaO, T(1e-6L));
+    // Cosines of exactly 0, and theta_o closer than 1e-6 to the axis, are moved off it: the limits at grazing
+    // incidence are then taken by themselves.
+    const T cosO = std::max(cosThetaO, T(1e-6L)), cosIncident = cosO * std::max(cosGammaO, T(1e-9L));
     const T t = std::sqrt(std::max(T(0), etaSquaredMinusOne + cosIncident * cosIncident)), a = h * cosO;
     return {cosIncident, t, a, 2 * eta * t / std::max(T(1e-30L), t * t + a * a)};
 }
