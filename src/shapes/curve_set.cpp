@@ -285,7 +285,7 @@ bool Builder::Split(const Range &range, bool byNumber, Range *left, Range *right
         Float4 scale{};
         for (int c = 0; c < 3; ++c)
             scale[c] = extent[c] > 0 ? kBins * 0.99999f / extent[c] : 0;
-        //> Which axes to try
+        //> Choose the axes to try
         // All three; but only the longest where there are many pieces, which saves a third of the build and no ray sees.
         const int longest =
             extent[0] > extent[1] ? (extent[0] > extent[2] ? 0 : 2) : (extent[1] > extent[2] ? 1 : 2);
