@@ -58,7 +58,8 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
         axis.radius = static_cast<double>(parameters.radius[i]);
         if (!(axis.radius > 0 && axis.radius < HUGE_VAL))
             throw Error("filter " + name + ": its width must be above 0");
-        // Tabulate |g| and integrate g and |g| by the trapezoid rule, which is what the table's straight lines hold.
+        // Tabulate |g| and integrate g and |g| by the trapezoid rule, which is what the table's straight
+        // lines hold.
         std::vector<double> g(kSteps + 1), running(kSteps + 1);
         const double step = 2 * axis.radius / kSteps;
         for (size_t k = 0; k <= kSteps; ++k)
@@ -107,8 +108,8 @@ float Filter::Sample1D(const Axis &axis, float u, float *sign) const {
         return (2 * u - 1) * radius;
     if (kind_ == FilterKind::Triangle)
         return u < 0.5f ? radius * (std::sqrt(2 * u) - 1) : radius * (1 - std::sqrt(2 * (1 - u)));
-    // Find the step with cdf[k] <= u < cdf[k + 1], then solve for the place within, where the density is a + (b - a) s:
-    // a s + (b - a) s^2 / 2 = rest, in the form that does not cancel.
+    // Find the step with cdf[k] <= u < cdf[k + 1], then solve for the place within, where the density is a +
+    // (b - a) s: a s + (b - a) s^2 / 2 = rest, in the form that does not cancel.
     size_t k = axis.guide[static_cast<size_t>(u * static_cast<float>(axis.guide.size()))];
     while (k + 1 < kSteps && axis.cdf[k + 1] <= u)
         ++k;

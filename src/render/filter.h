@@ -9,17 +9,18 @@ namespace cuticle {
 
 enum class FilterKind : uint8_t { Box, Triangle, Gaussian, Mitchell, Sinc };
 
-// Where in the filter's footprint to sample, relative to the pixel's centre (in pixels), and the sample's weight:
-// exactly 1 for filters that are nowhere negative, else the sign of the filter there times the ratio of the integrals of |f| and f.
+// Where in the filter's footprint to sample, relative to the pixel's centre (in pixels), and the sample's
+// weight: exactly 1 for filters that are nowhere negative, else the sign of the filter there times the ratio
+// of the integrals of |f| and f.
 struct FilterSample {
     Point2f offset;
     float weight = 1;
 };
 
-// f(x, y) = g(x) g(y) on |x| <= radius.x, |y| <= radius.y, 0 outside. Drawing offsets in proportion to |f|, the mean of weight * L
-// has the expectation of pbrt-v3's filtered pixel, integral of f L over integral of f, and every sample is
-// used by one pixel alone (Ernst et al. 2006). Mean weight is 1; a film that divides by the sum of weights keeps constants exact
-// under mitchell and sinc too.
+// f(x, y) = g(x) g(y) on |x| <= radius.x, |y| <= radius.y, 0 outside. Drawing offsets in proportion to |f|,
+// the mean of weight * L has the expectation of pbrt-v3's filtered pixel, integral of f L over integral of f,
+// and every sample is used by one pixel alone (Ernst et al. 2006). Mean weight is 1; a film that divides by
+// the sum of weights keeps constants exact under mitchell and sinc too.
 class Filter {
   public:
     // alpha: gaussian; b, c: mitchell; tau: sinc. Error if a radius is not above 0 or the integral is not.
@@ -55,8 +56,8 @@ class Filter {
     float weight_ = 1;
 };
 
-// PixelFilter directives, with pbrt-v3's names, parameters (xwidth ywidth, alpha, B C, tau) and defaults. An unknown
-// name is an Error.
+// PixelFilter directives, with pbrt-v3's names, parameters (xwidth ywidth, alpha, B C, tau) and defaults. An
+// unknown name is an Error.
 Filter MakeFilter(const Entity &entity);
 
 } // namespace cuticle

@@ -15,9 +15,9 @@ uint32_t ReverseBits(uint32_t v) {
     return ((v & 0x55555555u) << 1) | ((v >> 1) & 0x55555555u);
 }
 
-// A random permutation of the 32-bit integers in which each bit is flipped by a function of the bits below it alone
-// (Laine and Karras 2011, in the shape found by N. Vegdahl 2021). On reversed bits that is Owen's nested
-// uniform scramble: what happens to a digit depends on the digits before it.
+// A random permutation of the 32-bit integers in which each bit is flipped by a function of the bits below it
+// alone (Laine and Karras 2011, in the shape found by N. Vegdahl 2021). On reversed bits that is Owen's
+// nested uniform scramble: what happens to a digit depends on the digits before it.
 uint32_t ScrambleUpward(uint32_t v, uint32_t seed) {
     v ^= v * 0x3d20adeau;
     v += seed;
@@ -65,10 +65,10 @@ void PixelSampler::Start(int px, int py, int sampleIndex) {
         pixel_ = MixBits(pixel_ + firstOfSet_); // further sets in an order and a scramble of their own
 }
 
-// A permutation of [0, spp) drawn by hash: rounds of odd multiples, which carry upward, and shifts, which carry back
-// down, permute the integers of as many bits; those beyond the set walk on until they are in it. Five rounds: with
-// three, the mean square correlation of two dimensions is up to 1.28 times that of random orders, with four 1.1, with
-// five it is within 3% for 8 to 1024 samples.
+// A permutation of [0, spp) drawn by hash: rounds of odd multiples, which carry upward, and shifts, which
+// carry back down, permute the integers of as many bits; those beyond the set walk on until they are in it.
+// Five rounds: with three, the mean square correlation of two dimensions is up to 1.28 times that of random
+// orders, with four 1.1, with five it is within 3% for 8 to 1024 samples.
 uint32_t PixelSampler::PermutedIndex(uint64_t hash) const {
     const uint64_t more = hash * kGolden;
     const auto bits = [](uint64_t from, int place) { return static_cast<uint32_t>(from >> place); };
@@ -141,8 +141,8 @@ SamplerSetup MakeSampler(const Entity &entity) {
                                     Suggestion(entity.type, names.data(), names.size()));
     }
     SamplerSetup setup{found->kind, found->spp};
-    // What shapes the point set of one of pbrt's samplers has no counterpart here; read, so that it does not count as
-    // unused.
+    // What shapes the point set of one of pbrt's samplers has no counterpart here; read, so that it does not
+    // count as unused.
     if (entity.type == "stratified") {
         const int nx = params.FindInt("xsamples", 4), ny = params.FindInt("ysamples", 4);
         params.FindBool("jitter", true);

@@ -10,22 +10,22 @@ namespace cuticle {
 
 enum class SamplerKind : uint8_t { LowDiscrepancy, Independent };
 
-// A stream of numbers in [0, OneMinusEpsilon] for one sample of one pixel, a function of seed, spp, pixel, sample index
-// and the order of the calls alone. LowDiscrepancy: each Get2D is the two-dimensional Sobol' sequence, a
-// (0,2)-sequence, under Owen's nested uniform scramble, drawn by hashing (Burley 2020). So the spp samples of a pixel, if spp
-// is a power of two, put one point in each elementary interval of area 1/spp; other counts work as well.
-// Which point falls to which sample is a random permutation of its own in every dimension, so that dimensions and
-// pixels do not know of each other. (Burley permutes by a nested scramble too, which keeps the first 2^k samples
-// stratified, but makes neighbouring samples opposites in every dimension at once: the variance of a product of
-// two dimensions is then 1.58 times that of random numbers. A renderer that knows spp need not pay that.)
-// Independent: uniform, no structure.
+// A stream of numbers in [0, OneMinusEpsilon] for one sample of one pixel, a function of seed, spp, pixel,
+// sample index and the order of the calls alone. LowDiscrepancy: each Get2D is the two-dimensional Sobol'
+// sequence, a (0,2)-sequence, under Owen's nested uniform scramble, drawn by hashing (Burley 2020). So the
+// spp samples of a pixel, if spp is a power of two, put one point in each elementary interval of area 1/spp;
+// other counts work as well. Which point falls to which sample is a random permutation of its own in every
+// dimension, so that dimensions and pixels do not know of each other. (Burley permutes by a nested scramble
+// too, which keeps the first 2^k samples stratified, but makes neighbouring samples opposites in every
+// dimension at once: the variance of a product of two dimensions is then 1.58 times that of random numbers. A
+// renderer that knows spp need not pay that.) Independent: uniform, no structure.
 class PixelSampler {
   public:
     // spp >= 1: how many samples of a pixel make one stratified set.
     PixelSampler(SamplerKind kind, int spp, uint64_t seed);
 
-    // Begins sample sampleIndex >= 0 of pixel (px, py); the next Get is its first dimension. Samples from spp on
-    // make further sets, each stratified.
+    // Begins sample sampleIndex >= 0 of pixel (px, py); the next Get is its first dimension. Samples from spp
+    // on make further sets, each stratified.
     void Start(int px, int py, int sampleIndex);
     float Get1D();
     Point2f Get2D();
@@ -48,9 +48,9 @@ struct SamplerSetup {
     SamplerKind kind = SamplerKind::LowDiscrepancy;
     int spp = 16;
 };
-// Sampler directives, with pbrt-v3's names and defaults: halton, sobol, 02sequence, lowdiscrepancy, zerotwosequence,
-// maxmindist and stratified (xsamples ysamples) all mean LowDiscrepancy; random means Independent. An unknown name or
-// fewer than 1 sample is an Error.
+// Sampler directives, with pbrt-v3's names and defaults: halton, sobol, 02sequence, lowdiscrepancy,
+// zerotwosequence, maxmindist and stratified (xsamples ysamples) all mean LowDiscrepancy; random means
+// Independent. An unknown name or fewer than 1 sample is an Error.
 SamplerSetup MakeSampler(const Entity &entity);
 
 } // namespace cuticle

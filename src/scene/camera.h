@@ -18,8 +18,8 @@ class Camera {
     // worldToCamera must not be singular (Error). resolution: of the whole picture, crop windows aside.
     Camera(const Transform &worldToCamera, const CameraParameters &parameters, Point2i resolution);
 
-    // pFilm in pixels of the whole picture, (0,0) its upper left corner; uLens in [0,1)^2. The ray starts on the lens;
-    // its direction has unit length in world space.
+    // pFilm in pixels of the whole picture, (0,0) its upper left corner; uLens in [0,1)^2. The ray starts on
+    // the lens; its direction has unit length in world space.
     Ray GenerateRay(Point2f pFilm, Point2f uLens) const;
 
     const Transform &WorldToCamera() const { return worldToCamera_; }
@@ -38,9 +38,10 @@ class Camera {
     double x0_ = 0, y0_ = 0, dx_ = 0, dy_ = 0;
 };
 
-// Camera directives. entity.ctm is world to camera. perspective: fov, halffov, frameaspectratio, screenwindow,
-// lensradius, focaldistance (shutter times are read and have no effect: nothing moves). orthographic, environment and
-// realistic are replaced by perspective with a Warning; an unknown name or senseless values are an Error.
+// Camera directives. entity.ctm is world to camera. perspective: fov, halffov, frameaspectratio,
+// screenwindow, lensradius, focaldistance (shutter times are read and have no effect: nothing moves).
+// orthographic, environment and realistic are replaced by perspective with a Warning; an unknown name or
+// senseless values are an Error.
 Camera MakeCamera(const Entity &entity, Point2i resolution);
 
 } // namespace cuticle

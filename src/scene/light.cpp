@@ -65,7 +65,8 @@ class PointLight : public Light {
     Spectrum I_;
 };
 
-// A point light in a cone around +z of its own space; smooth from falloffStart to totalWidth (pbrt-v3, 12.3.1).
+// A point light in a cone around +z of its own space; smooth from falloffStart to totalWidth (pbrt-v3,
+// 12.3.1).
 class SpotLight : public PointLight {
   public:
     SpotLight(const Transform &lightToWorld, const Spectrum &I, float totalWidth, float falloffStart)
@@ -163,8 +164,8 @@ class MapInfiniteLight : public Light {
     bool Sample_Li(const Point3f &, const Point2f &u, LightSample *sample) const override {
         float mapPdf;
         const Point2f uv = distribution_->SampleContinuous(u, &mapPdf);
-        // Within a row of cells cos theta is uniform, so the density per solid angle is constant in a cell and
-        // has no pole.
+        // Within a row of cells cos theta is uniform, so the density per solid angle is constant in a cell
+        // and has no pole.
         const double rows = static_cast<double>(cosTheta_.size() - 1), v = static_cast<double>(uv.y) * rows;
         const size_t row = std::min(static_cast<size_t>(v), cosTheta_.size() - 2);
         const double z =
@@ -215,8 +216,8 @@ class MapInfiniteLight : public Light {
                         " values are negative, NaN or infinite, and set to 0");
     }
 
-    // Cells of half a texel: over each the interpolated map is one bilinear patch, whose mean is its value at the
-    // centre. So a cell has probability 0 only if the map is black all over it.
+    // Cells of half a texel: over each the interpolated map is one bilinear patch, whose mean is its value at
+    // the centre. So a cell has probability 0 only if the map is black all over it.
     void BuildDistribution() {
         const int columns = std::min(2 * width_, kMaxColumns), rows = std::min(2 * height_, kMaxRows);
         cosTheta_.resize(static_cast<size_t>(rows) + 1);
@@ -225,12 +226,12 @@ class MapInfiniteLight : public Light {
         cosTheta_.back() = -1;
 
         std::vector<float> cells(static_cast<size_t>(columns) * static_cast<size_t>(rows));
-        std::vector<float> line(static_cast<size_t>(2 * width_));
+        std::vector<float> line(size_t{2} * static_cast<size_t>(width_));
         // Fine rows go to the coarse rows they overlap, by the share of the coarse row that they cover.
         const double ratio = static_cast<double>(rows) / (2.0 * height_);
         double total[3] = {};
         for (int y = 0; y < 2 * height_; ++y) {
-            line.assign(static_cast<size_t>(2 * width_), 0);
+            line.assign(size_t{2} * static_cast<size_t>(width_), 0);
             const float v = (static_cast<float>(y) + 0.5f) / static_cast<float>(2 * height_);
             const double bandHeight =
                 std::cos(kPi<double> * y / (2 * height_)) - std::cos(kPi<double> * (y + 1) / (2 * height_));
@@ -287,8 +288,8 @@ class MapInfiniteLight : public Light {
         const double length2 = static_cast<double>(w.LengthSquared());
         return static_cast<float>(pdf * determinant_ / (length2 * std::sqrt(length2)));
     }
-    // Bilinear between texel centres; around in phi, held at the poles (pbrt-v3 wraps there too, which mixes zenith
-    // and nadir).
+    // Bilinear between texel centres; around in phi, held at the poles (pbrt-v3 wraps there too, which mixes
+    // zenith and nadir).
     Spectrum Lookup(float u, float v) const {
         const float x = u * static_cast<float>(width_) - 0.5f;
         const float y =
@@ -327,8 +328,9 @@ std::unique_ptr<Light> MakeInfinite(const LightEntity &entity, const Bounds3f &w
         return std::make_unique<ConstantInfiniteLight>(scale, radius);
     // As pbrt-v3: 8-bit maps are taken as linear here.
     const Image image = ReadImage(filename, false);
-    if (image.width < 1 || image.height < 1)
-        throw Error(params.loc, filename + ": has no pixels");
+    if (image.width < 1 || image.height < 1 || image.width > (1 << 20) || image.height > (1 << 20))
+        throw Error(params.loc, filename + ": " + std::to_string(image.width) + " x " +
+                                    std::to_string(image.height) + " pixels are no environment map");
     return std::make_unique<MapInfiniteLight>(entity.ctm, image, scale, params.loc, filename, radius);
 }
 
@@ -437,8 +439,8 @@ bool DiffuseAreaLight::Sample_Li(const Point3f &ref, const Point2f &u, LightSamp
     const Spectrum radiance = L(point.n, -wi);
     if (radiance.IsBlack())
         return false;
-    // Stop short of the emitter by what rounding may have moved its point, the start and the direction's far end
-    // across its plane, seen along the ray.
+    // Stop short of the emitter by what rounding may have moved its point, the start and the direction's far
+    // end across its plane, seen along the ray.
     const Vector3f n(std::abs(point.n.x), std::abs(point.n.y), std::abs(point.n.z));
     const Vector3f from(std::abs(ref.x), std::abs(ref.y), std::abs(ref.z));
     const float across = Dot(n, point.pError + from * 0x1p-22f) + distance * 0x1p-21f;
@@ -472,7 +474,8 @@ LightSampler::LightSampler(const std::vector<const Light *> &lights) : probabili
     }
     if (lit == 0)
         return;
-    // The last light that is lit takes what rounding left; probabilities are then what Sample does, to the bit.
+    // The last light that is lit takes what rounding left; probabilities are then what Sample does, to the
+    // bit.
     const float last = cdf_.back();
     for (size_t i = lights.size(); cdf_[i] == last; --i)
         cdf_[i] = 1;

@@ -10,7 +10,8 @@
 
 namespace cuticle {
 
-// Light that arrives at a point. The estimator is f(wi) |cos| L / pdf if nothing stands in (0, distance) along wi.
+// Light that arrives at a point. The estimator is f(wi) |cos| L / pdf if nothing stands in (0, distance)
+// along wi.
 struct LightSample {
     Vector3f wi;   // of unit length, from the reference point toward the light
     float pdf = 0; // per steradian; 1 for delta lights (L then carries the falloff)
@@ -25,8 +26,8 @@ class Light {
     virtual ~Light() = default;
     // u in [0,1)^2. False if the light sends nothing to ref (then *sample is not to be used).
     virtual bool Sample_Li(const Point3f &ref, const Point2f &u, LightSample *sample) const = 0;
-    // The density per steradian of Sample_Li from ref at wi (unit length), for rays that leave the scene: infinite
-    // lights only, 0 for the others. For emitters that rays hit see DiffuseAreaLight::Pdf_Li.
+    // The density per steradian of Sample_Li from ref at wi (unit length), for rays that leave the scene:
+    // infinite lights only, 0 for the others. For emitters that rays hit see DiffuseAreaLight::Pdf_Li.
     virtual float Pdf_Li(const Point3f & /*ref*/, const Vector3f & /*wi*/) const { return 0; }
     // Radiance along a ray that leaves the scene; its direction need not be of unit length.
     virtual Spectrum Le(const Ray & /*ray*/) const { return Spectrum(0.f); }
@@ -58,9 +59,9 @@ class DiffuseAreaLight : public Light {
     uint32_t geometryId_;
 };
 
-// LightSource directives: infinite (exinfinite), distant, point, spot. goniometric and projection are replaced by an
-// isotropic point light of the same I, with a Warning. An unknown name is an Error. worldBound: of
-// all shapes and curves. Values below 0 or NaN are set to 0 with a Warning that says where.
+// LightSource directives: infinite (exinfinite), distant, point, spot. goniometric and projection are
+// replaced by an isotropic point light of the same I, with a Warning. An unknown name is an Error.
+// worldBound: of all shapes and curves. Values below 0 or NaN are set to 0 with a Warning that says where.
 std::unique_ptr<Light> MakeLight(const LightEntity &entity, const Bounds3f &worldBound);
 // AreaLightSource directives: diffuse (area).
 std::unique_ptr<DiffuseAreaLight> MakeAreaLight(const Entity &entity, const SolidSet *solids,
@@ -72,8 +73,8 @@ class LightSampler {
   public:
     LightSampler() = default;
     explicit LightSampler(const std::vector<const Light *> &lights);
-    // An index into lights, with its probability; -1 if all are black or there are none. u in [0,1); *uRemapped (if
-    // given) is uniform again.
+    // An index into lights, with its probability; -1 if all are black or there are none. u in [0,1);
+    // *uRemapped (if given) is uniform again.
     int Sample(float u, float *probability, float *uRemapped = nullptr) const;
     float Probability(int light) const { return probability_[static_cast<size_t>(light)]; }
 

@@ -266,13 +266,16 @@ class ValueReader {
             word[n++] = static_cast<char>(c);
         }
         double v = 0;
-        const char *begin = word + (n > 0 && word[0] == '+');
-        const auto r = std::from_chars(begin, word + n, v);
-        if (r.ec == std::errc::result_out_of_range)
-            return word[0] == '-' ? -HUGE_VAL : HUGE_VAL; // or far too small; no mesh means either
+        const std::string_view text(word, n);
+        const bool plus = text.starts_with('+'), minus = text.starts_with('-');
+        const auto r = std::from_chars(word + plus, word + n, v);
+        if (r.ec == std::errc::result_out_of_range) // v is left alone: too near to 0, or too far
+            return text.find("e-") != text.npos || text.find("E-") != text.npos ? 0
+                   : minus                                                      ? -HUGE_VAL
+                                                                                : HUGE_VAL;
         if (r.ec != std::errc() || r.ptr != word + n)
-            source_.Fail("\"" + std::string(word, n) + "\" where a number belongs, at " + element_->name +
-                         " " + std::to_string(index_));
+            source_.Fail("\"" + std::string(text) + "\" where a number belongs, at " + element_->name + " " +
+                         std::to_string(index_));
         return v;
     }
 

@@ -150,8 +150,8 @@ struct Quadric {
             if (d.z != 0)
                 roots[n++] = (height - o.z) / d.z;
         } else {
-            // Solve a t^2 + 2 b t + c = 0, measured from the point of the ray nearest to the axis or centre, so
-            // that far origins do not cancel: there c is r^2 less the squared distance of the line.
+            // Solve a t^2 + 2 b t + c = 0, measured from the point of the ray nearest to the axis or centre,
+            // so that far origins do not cancel: there c is r^2 less the squared distance of the line.
             const bool sphere = kind == QuadricKind::Sphere;
             const double a = d.x * d.x + d.y * d.y + (sphere ? d.z * d.z : 0);
             if (!(a > 0))
@@ -162,8 +162,8 @@ struct Quadric {
             if (!(rest >= 0))
                 return false;
             const double half = std::sqrt(rest / a);
-            // The root nearer to the origin is c / (a times the other one), exact to the last bits even for a ray
-            // that starts on the surface.
+            // The root nearer to the origin is c / (a times the other one), exact to the last bits even for a
+            // ray that starts on the surface.
             const double c = o.x * o.x + o.y * o.y + (sphere ? o.z * o.z : 0) - radius * radius;
             const double far = tNear + std::copysign(half, tNear);
             const double near = far != 0 ? c / (a * far) : 0;
@@ -191,8 +191,9 @@ struct Quadric {
             return p / radius;
         return {p.x / radius, p.y / radius, 0};
     }
-    // pbrt-v3 flips the cross product of dpdu and dpdv by reverseOrientation ^ transformSwapsHandedness. In world space a mirror
-    // turns that product inward, so this is the outward normal, flipped by reverseOrientation alone.
+    // pbrt-v3 flips the cross product of dpdu and dpdv by reverseOrientation ^ transformSwapsHandedness. In
+    // world space a mirror turns that product inward, so this is the outward normal, flipped by
+    // reverseOrientation alone.
     Vector3d WorldNormal(const Vector3d &pObject) const {
         const Vector3d n = Normalize(worldToObject.Transposed(ObjectNormal(pObject)));
         return reverseOrientation ? -n : n;
@@ -384,9 +385,9 @@ PlaneHit MeetPlane(const Mesh &mesh, uint32_t triangle, const Ray &ray) {
     return hit;
 }
 
-// Embree finds t in single precision, with an error that grows with the triangle and its thinness. A candidate
-// counts only if the plane really lies beyond the ray's start; so an origin that OffsetRayOrigin put on the right side of a
-// triangle never meets it again, however long and thin it is.
+// Embree finds t in single precision, with an error that grows with the triangle and its thinness. A
+// candidate counts only if the plane really lies beyond the ray's start; so an origin that OffsetRayOrigin
+// put on the right side of a triangle never meets it again, however long and thin it is.
 void MeshFilter(const RTCFilterFunctionNArguments *args) {
     if (args->valid[0] == 0)
         return;

@@ -1,5 +1,5 @@
-// Everything that is not a curve: triangle meshes, spheres, disks and cylinders, traced by Embree 3. Quadrics are
-// Embree user geometry, intersected here in object space and in double.
+// Everything that is not a curve: triangle meshes, spheres, disks and cylinders, traced by Embree 3. Quadrics
+// are Embree user geometry, intersected here in object space and in double.
 #pragma once
 
 #include "core/vecmath.h"
@@ -10,8 +10,8 @@
 
 namespace cuticle {
 
-// Vertices in world space. n and uv are empty or hold one entry a vertex; indices: three a triangle. Without uv a
-// triangle's corners have pbrt-v3's (0,0), (1,0), (1,1).
+// Vertices in world space. n and uv are empty or hold one entry a vertex; indices: three a triangle. Without
+// uv a triangle's corners have pbrt-v3's (0,0), (1,0), (1,1).
 struct TriangleMesh {
     std::vector<Point3f> p;
     std::vector<Normal3f> n;
@@ -20,9 +20,10 @@ struct TriangleMesh {
 };
 
 // Where a ray met a solid. n is the geometric normal, of unit length and not turned toward the ray: the cross
-// product that pbrt-v3 takes, flipped for flipNormals, and for a mesh with vertex normals turned to their side.
-// ns is the shading normal (n where there is none better). uv and dpdu, dpdv are pbrt-v3's parameterisation; where it
-// is degenerate, dpdu and dpdv are any frame across n. |true p - p| <= pError in each coordinate.
+// product that pbrt-v3 takes, flipped for flipNormals, and for a mesh with vertex normals turned to their
+// side. ns is the shading normal (n where there is none better). uv and dpdu, dpdv are pbrt-v3's
+// parameterisation; where it is degenerate, dpdu and dpdv are any frame across n. |true p - p| <= pError in
+// each coordinate.
 struct SolidHit {
     float t = 0;
     Point3f p;
@@ -43,12 +44,13 @@ struct ShapeSample {
     float pdf = 0;
 };
 
-// The origin for a ray that leaves p toward w without meeting the surface again: p moved along n by as much as
-// pError allows p to be off, on the side of w, and each coordinate rounded away from p (pbrt-v3, section 3.9.5).
+// The origin for a ray that leaves p toward w without meeting the surface again: p moved along n by as much
+// as pError allows p to be off, on the side of w, and each coordinate rounded away from p (pbrt-v3, section
+// 3.9.5).
 Point3f OffsetRayOrigin(const Point3f &p, const Vector3f &pError, const Normal3f &n, const Vector3f &w);
 
-// Add shapes, Commit() once, then ask from any number of threads. Every Add returns a geometry id, counted from 0.
-// flipNormals is pbrt-v3's reverseOrientation ^ transformSwapsHandedness, so for quadrics it is
+// Add shapes, Commit() once, then ask from any number of threads. Every Add returns a geometry id, counted
+// from 0. flipNormals is pbrt-v3's reverseOrientation ^ transformSwapsHandedness, so for quadrics it is
 // reverseOrientation alone here: their transformation is known.
 class SolidSet {
   public:
@@ -57,11 +59,12 @@ class SolidSet {
     SolidSet(SolidSet &&) noexcept;
     SolidSet &operator=(SolidSet &&) noexcept;
 
-    // Triangles with an index out of range, a vertex that is not finite, or no area are dropped; one Warning counts
-    // them. Normals or uv whose number differs from the vertices', or an index count that is no multiple of 3: Error.
+    // Triangles with an index out of range, a vertex that is not finite, or no area are dropped; one Warning
+    // counts them. Normals or uv whose number differs from the vertices', or an index count that is no
+    // multiple of 3: Error.
     uint32_t AddMesh(TriangleMesh mesh, uint32_t shapeId, bool flipNormals);
-    // pbrt-v3's parameters, phiMax in degrees, clamped as there. A singular transformation or parameters that are not
-    // finite: Error. A radius of 0 or an empty sweep: a Warning, and a shape that no ray meets.
+    // pbrt-v3's parameters, phiMax in degrees, clamped as there. A singular transformation or parameters that
+    // are not finite: Error. A radius of 0 or an empty sweep: a Warning, and a shape that no ray meets.
     uint32_t AddSphere(const Transform &objectToWorld, float radius, float zMin, float zMax, float phiMax,
                        uint32_t shapeId, bool reverseOrientation);
     uint32_t AddDisk(const Transform &objectToWorld, float height, float radius, float innerRadius,
@@ -80,8 +83,8 @@ class SolidSet {
     // --- for area lights ---
     // World-space area.
     float Area(uint32_t geometryId) const;
-    // A point uniform over the area (for a quadric under a transformation that is no similarity: uniform in object
-    // space, with the density that makes). u in [0,1)^2. False for a shape of no area.
+    // A point uniform over the area (for a quadric under a transformation that is no similarity: uniform in
+    // object space, with the density that makes). u in [0,1)^2. False for a shape of no area.
     bool Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample) const;
     // As seen from ref: a full sphere that ref is outside of by solid angle, all else by area; pdf per
     // steradian. False where pdf would be 0 or infinite.

@@ -95,9 +95,9 @@ TEST(Filter, ValuesAndIntegralAgreeWithQuadrature) {
     }
 }
 
-// The mean of weight * g(offset) is the integral of f g over that of f, for waves g of several lengths and for powers of x.
-// One axis at a time, on midpoints; the other axis stands at its centre, where f is positive, so that the weight holds its
-// ratio of integrals of |f| and f as a factor.
+// The mean of weight * g(offset) is the integral of f g over that of f, for waves g of several lengths and
+// for powers of x. One axis at a time, on midpoints; the other axis stands at its centre, where f is
+// positive, so that the weight holds its ratio of integrals of |f| and f as a factor.
 TEST(Filter, SamplesHaveTheExpectationOfTheWeightedFilter) {
     for (const Case &c : Cases()) {
         const Filter filter(c.kind, c.p);
@@ -140,8 +140,8 @@ TEST(Filter, SamplesHaveTheExpectationOfTheWeightedFilter) {
     }
 }
 
-// Offsets stay inside, the weight's sign is the filter's, and the mean weight is 1: the product of the axes' means, of which each
-// is taken with the other axis at its centre.
+// Offsets stay inside, the weight's sign is the filter's, and the mean weight is 1: the product of the axes'
+// means, of which each is taken with the other axis at its centre.
 TEST(Filter, WeightsHaveMeanOne) {
     for (const Case &c : Cases()) {
         const Filter filter(c.kind, c.p);

@@ -50,8 +50,8 @@ TEST(Sampler, StaysBelowOne) {
     }
 }
 
-// A (0,2)-sequence: of the 2^k samples of a set, one lies in each elementary interval of area 2^-k, for every shape 2^-a by
-// 2^-(k-a), in every pair of dimensions of every pixel; and the one-dimensional ones likewise.
+// A (0,2)-sequence: of the 2^k samples of a set, one lies in each elementary interval of area 2^-k, for every
+// shape 2^-a by 2^-(k-a), in every pair of dimensions of every pixel; and the one-dimensional ones likewise.
 TEST(Sampler, EveryPairIsStratifiedInElementaryIntervals) {
     for (int pixel = 0; pixel < 40; ++pixel)
         for (int k = 0; k <= 9; ++k)
@@ -80,8 +80,9 @@ TEST(Sampler, EveryPairIsStratifiedInElementaryIntervals) {
             }
 }
 
-// Any two dimensions, of one pixel or of neighbours, are uncorrelated over pixels: the sum of the products of n
-// centred values has mean 0 and variance n / 144. Significance: 5 standard deviations in each of the 64 pairs.
+// Any two dimensions, of one pixel or of neighbours, are uncorrelated over pixels: the sum of the products of
+// n centred values has mean 0 and variance n / 144. Significance: 5 standard deviations in each of the 64
+// pairs.
 TEST(Sampler, DimensionsAndPixelsDoNotKnowEachOther) {
     for (const SamplerKind kind : kBoth) {
         constexpr int kDimensions = 8, kPixels = 150, kSamples = 16;
@@ -117,9 +118,9 @@ TEST(Sampler, DimensionsAndPixelsDoNotKnowEachOther) {
     }
 }
 
-// Within one pixel, dimensions that are not a pair are as uncorrelated as independent ones: the mean square of the
-// correlation of n points is 1/n for those, 1/(n - 1) for strata in random order. (Under a nested scramble of the
-// order it is 1.58/n: what this test was written to catch.)
+// Within one pixel, dimensions that are not a pair are as uncorrelated as independent ones: the mean square
+// of the correlation of n points is 1/n for those, 1/(n - 1) for strata in random order. (Under a nested
+// scramble of the order it is 1.58/n: what this test was written to catch.)
 TEST(Sampler, PaddedDimensionsAreUncorrelatedWithinAPixel) {
     constexpr int kPixels = 4000;
     for (const int n : {8, 16, 64, 100, 256}) {
@@ -138,16 +139,16 @@ TEST(Sampler, PaddedDimensionsAreUncorrelatedWithinAPixel) {
             for (int k = 0; k < 3; ++k)
                 sum[k] += Sqr(product[k] / n);
         }
-        // The mean of kPixels squares of nearly normal numbers: relative standard deviation sqrt(2 / kPixels) = 2.2%;
-        // 5 of those for each of 15 cases.
+        // The mean of kPixels squares of nearly normal numbers: relative standard deviation sqrt(2 / kPixels)
+        // = 2.2%; 5 of those for each of 15 cases.
         for (const double s : sum)
             EXPECT_NEAR(s / kPixels * n, n / (n - 1.), 5 * std::sqrt(2. / kPixels))
                 << kPixels << " pixels, " << n << " samples";
     }
 }
 
-// The order of the samples is a permutation, and over many pixels every sample meets every stratum equally often. Chi-squared with
-// (n - 1)^2 degrees of freedom, at significance 1e-4 for each n.
+// The order of the samples is a permutation, and over many pixels every sample meets every stratum equally
+// often. Chi-squared with (n - 1)^2 degrees of freedom, at significance 1e-4 for each n.
 TEST(Sampler, EverySampleMeetsEveryStratum) {
     for (const int n : {2, 8, 16, 64}) {
         std::vector<int> counts(static_cast<size_t>(n * n));
@@ -170,8 +171,8 @@ TEST(Sampler, EverySampleMeetsEveryStratum) {
     }
 }
 
-// Uniform over pixels: chi-squared over 16 x 16 cells of one sample of each of 200 x 200 pixels, at significance 1e-4
-// for each of the 8 tests.
+// Uniform over pixels: chi-squared over 16 x 16 cells of one sample of each of 200 x 200 pixels, at
+// significance 1e-4 for each of the 8 tests.
 TEST(Sampler, SamplesAreUniformAcrossPixels) {
     const double bound = quantile(boost::math::chi_squared(255), 1 - 1e-4);
     for (const SamplerKind kind : kBoth)
@@ -211,8 +212,8 @@ double MeanSquaredError(SamplerKind kind, int spp, const std::function<double(Po
     return sum / kPixels;
 }
 
-// Owen's scramble brings the variance of a smooth integrand down as n^-3 (but for logarithms) on powers of two, against
-// n^-1; at other counts there is still a clear gain.
+// Owen's scramble brings the variance of a smooth integrand down as n^-3 (but for logarithms) on powers of
+// two, against n^-1; at other counts there is still a clear gain.
 TEST(Sampler, ConvergesFasterThanRandom) {
     const auto smooth = [](Point2f p) {
         return std::exp(static_cast<double>(p.x)) * std::cos(2 * static_cast<double>(p.y));

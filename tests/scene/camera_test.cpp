@@ -102,7 +102,8 @@ TEST(Camera, ThinLensFocusesOnAPlane) {
         EXPECT_NEAR(back.x, film.x, 1e-3);
         EXPECT_NEAR(back.y, film.y, 1e-3);
     }
-    // Uniform over the disk: mean squared radius r^2 / 2, which midpoints of cells of h = 1/32 miss by h^2 / 4.
+    // Uniform over the disk: mean squared radius r^2 / 2, which midpoints of cells of h = 1/32 miss by h^2 /
+    // 4.
     EXPECT_NEAR(mean2 / n, 0.25 * 0.25 / 2, 0.25 * 0.25 * Sqr(1. / 32) / 2);
 }
 

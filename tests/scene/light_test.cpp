@@ -1,5 +1,5 @@
-// Lights against radiometry: densities that integrate to one, samples that say what the light says, irradiances known in
-// closed form; and the words that scenes use for them.
+// Lights against radiometry: densities that integrate to one, samples that say what the light says,
+// irradiances known in closed form; and the words that scenes use for them.
 #include "scene/light.h"
 
 #include "core/error.h"
@@ -108,7 +108,8 @@ TEST(InfiniteLight, DensityIntegratesToOne) {
     }
 }
 
-// What Sample_Li says of a direction, Pdf_Li and Le say too, to the bit; and where there is light, there is density.
+// What Sample_Li says of a direction, Pdf_Li and Le say too, to the bit; and where there is light, there is
+// density.
 TEST(InfiniteLight, SamplePdfAndRadianceAgree) {
     const Transform turned = Transform::Rotate(40, {1, 2, 3}) * Transform::Scale(-1, 1, 1);
     const Transform skewed = Transform::Rotate(70, {0, 1, 3}) * Transform::Scale(3, 1, 0.5);
@@ -138,8 +139,9 @@ TEST(InfiniteLight, SamplePdfAndRadianceAgree) {
     }
 }
 
-// The mean of L / pdf is the integral of L, in each channel, under a rotation and under a skewed transformation, whose
-// density needs its Jacobian: 5 standard errors of 10^6 samples, and 2e-4 for the quadrature.
+// The mean of L / pdf is the integral of L, in each channel, under a rotation and under a skewed
+// transformation, whose density needs its Jacobian: 5 standard errors of 10^6 samples, and 2e-4 for the
+// quadrature.
 TEST(InfiniteLight, EstimatesTheIntegralOfRadiance) {
     const Transform skewed = Transform::Rotate(70, {0, 1, 3}) * Transform::Scale(2, 1, 0.7);
     int k = 0;
@@ -147,7 +149,8 @@ TEST(InfiniteLight, EstimatesTheIntegralOfRadiance) {
         const Image sky = Sky(32, 16);
         const auto light = MapLight(sky, ctm, "mean" + std::to_string(k++));
         std::array<double, 3> exact{}, mean{}, square{};
-        // In the light's space, where the patches are smooth; d omega of the world is |det A| / |A w|^3 of it.
+        // In the light's space, where the patches are smooth; d omega of the world is |det A| / |A w|^3 of
+        // it.
         const auto &m = ctm.M();
         const double det = std::abs(ctm.Determinant());
         for (int c = 0; c < 3; ++c)
@@ -177,8 +180,8 @@ TEST(InfiniteLight, EstimatesTheIntegralOfRadiance) {
     }
 }
 
-// Chi-squared of 10^6 samples against the density, over blocks of 4 x 4 half-texels, in each of which the density is a
-// constant, so that the expected numbers are exact; blocks of few are merged. Significance 1e-4.
+// Chi-squared of 10^6 samples against the density, over blocks of 4 x 4 half-texels, in each of which the
+// density is a constant, so that the expected numbers are exact; blocks of few are merged. Significance 1e-4.
 TEST(InfiniteLight, SamplesFollowTheDensity) {
     const auto light = MapLight(Sky(64, 32), Transform(), "chi");
     constexpr int kRows = 16, kColumns = 32, kBlock = 4, n = 1000000;
@@ -366,8 +369,8 @@ std::unique_ptr<DiffuseAreaLight> AreaLight(const SolidSet *solids, uint32_t id,
     return MakeAreaLight(entity, solids, id);
 }
 
-// Irradiance at ref on a plane of normal n, by samples on a grid. Every sample's way must be free up to its distance, since
-// there is nothing but the emitter.
+// Irradiance at ref on a plane of normal n, by samples on a grid. Every sample's way must be free up to its
+// distance, since there is nothing but the emitter.
 double Irradiance(const Light &light, const SolidSet &solids, const Point3f &ref, const Normal3f &n,
                   int *shadowed) {
     constexpr int kGrid = 300;
@@ -384,8 +387,8 @@ double Irradiance(const Light &light, const SolidSet &solids, const Point3f &ref
     return sum / (kGrid * kGrid);
 }
 
-// Irradiances in closed form, L = 2: a disk over a point of its axis, pi L r^2 / (r^2 + d^2); a sphere, pi L r^2 / d^2; a rectangle
-// of two triangles by Lambert's formula.
+// Irradiances in closed form, L = 2: a disk over a point of its axis, pi L r^2 / (r^2 + d^2); a sphere, pi L
+// r^2 / d^2; a rectangle of two triangles by Lambert's formula.
 TEST(AreaLight, IrradianceIsTheClosedForm) {
     int shadowed = 0;
     {

@@ -22,7 +22,8 @@ void Put(std::string *out, T value, bool big) {
     out->append(bytes, sizeof(T));
 }
 
-// A square as a quad and a triangle above it, with normals, texture coordinates and what a reader has to skip.
+// A square as a quad and a triangle above it, with normals, texture coordinates and what a reader has to
+// skip.
 std::string Ascii() {
     return "ply\r\nformat ascii 1.0\r\ncomment a comment\r\nobj_info something\r\n"
            "element camera 1\nproperty float whatever\nproperty list uchar int many\n"
@@ -187,6 +188,17 @@ TEST(Ply, AbsurdCountsCostNothing) {
     EXPECT_NE(MessageOf(lists + std::string(12, '\0') + "\xff\xff\xff\xff" + std::string(40, '\0')), "");
     // An element without properties has no bytes, however many there are.
     EXPECT_NE(MessageOf("ply\nformat ascii 1.0\nelement nothing 18446744073709551615\nend_header\n"), "");
+}
+
+// Numbers beyond the range of a double: the small ones are 0, the large ones infinite (and for SolidSet to drop).
+TEST(Ply, NumbersBeyondADouble) {
+    const TriangleMesh mesh = ReadPlyBytes(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "1e-400 -1E-999 1e-60\n1e400 -1e400 +1\n0 1 0\n3 0 1 2\n",
+        "range");
+    EXPECT_EQ(mesh.p[0], Point3f(0, 0, 0));
+    EXPECT_EQ(mesh.p[1], Point3f(Infinity, -Infinity, 1));
 }
 
 TEST(Ply, FacesOfTwoCornersAreDroppedAndPolygonsFan) {

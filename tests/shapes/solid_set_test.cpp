@@ -1,5 +1,5 @@
-// Laws of the solids: hits lie on their surfaces, derivatives are derivatives, rays that leave a surface do not meet it
-// again, densities integrate to one.
+// Laws of the solids: hits lie on their surfaces, derivatives are derivatives, rays that leave a surface do
+// not meet it again, densities integrate to one.
 #include "shapes/solid_set.h"
 
 #include "core/error.h"
@@ -106,8 +106,9 @@ TEST(Quadrics, HitsLieOnTheSurfaceWithItsDerivatives) {
                 const double v = 0.02 + 0.96 * static_cast<double>(rng.UniformFloat());
                 const Point3f target(Apply(t, shape.at(u, v)));
                 const float away = std::pow(10.f, 3 * rng.UniformFloat());
-                // A step of the parameters this small stays on the surface; not so near to grazing that the rounding
-                // of the origin (1e-4 at most) slides the hit over the rim, 0.02 of the parameters away.
+                // A step of the parameters this small stays on the surface; not so near to grazing that the
+                // rounding of the origin (1e-4 at most) slides the hit over the rim, 0.02 of the parameters
+                // away.
                 constexpr double h = 1e-4;
                 const Vector3d normal =
                     Normalize(Cross(Apply(t, shape.at(u + h, v)) - Apply(t, shape.at(u - h, v)),
@@ -121,10 +122,11 @@ TEST(Quadrics, HitsLieOnTheSurfaceWithItsDerivatives) {
                 ++tried;
                 EXPECT_EQ(hit.shapeId, 7u);
                 EXPECT_EQ(hit.geometryId, id);
-                // Another sheet may be nearer. The binary32 origin is off by up to 2e-7 of it, over the cosine.
+                // Another sheet may be nearer. The binary32 origin is off by up to 2e-7 of it, over the
+                // cosine.
                 EXPECT_LE(hit.t, away * (1 + 4e-6f) + 4e-5f) << shape.name;
-                // The parametrisation at the hit's (u, v) gives the hit's point: (u, v) are rounded to 2^-24 of
-                // ranges that cover at most 16 in world space.
+                // The parametrisation at the hit's (u, v) gives the hit's point: (u, v) are rounded to 2^-24
+                // of ranges that cover at most 16 in world space.
                 const double hu = static_cast<double>(hit.uv.x), hv = static_cast<double>(hit.uv.y);
                 const Vector3d p = Apply(t, shape.at(hu, hv));
                 const double error = (p - Vector3d(hit.p)).Length();
@@ -284,9 +286,10 @@ TEST(Spawning, NoTriangleShadowsItself) {
     EXPECT_GT(tried, 20000);
 }
 
-// A cube of many triangles: every ray from inside meets it, those aimed at edges too. Embree's edge test is one and the same for both
-// neighbours of an edge, but the edges around a vertex are rounded each for itself: of rays aimed exactly at a vertex, which no
-// camera ray is, one in 500 slips through (measured); twice that is allowed.
+// A cube of many triangles: every ray from inside meets it, those aimed at edges too. Embree's edge test is
+// one and the same for both neighbours of an edge, but the edges around a vertex are rounded each for itself:
+// of rays aimed exactly at a vertex, which no camera ray is, one in 500 slips through (measured); twice that
+// is allowed.
 TEST(Meshes, AClosedMeshHasNoGaps) {
     constexpr int n = 12;
     TriangleMesh mesh;
@@ -530,7 +533,8 @@ TEST(Sampling, DensityIntegratesToOne) {
                     Ray ray{ref, w};
                     SolidHit hit;
                     for (int k = 0; k < 10 && set.Intersect(ray, &hit); ++k) {
-                        // A sphere seen from outside is sampled by direction: its far side is not a second way.
+                        // A sphere seen from outside is sampled by direction: its far side is not a second
+                        // way.
                         const float pdf = set.Pdf(ref, hit);
                         const bool cone = shape.name == "sphere" && round == 0 && ref.Length() > 1.5f;
                         if (!cone || k == 0)
@@ -547,7 +551,8 @@ TEST(Sampling, DensityIntegratesToOne) {
         }
 }
 
-// What Sample says of a direction, Pdf says too; and the sampled point is where a ray in that direction arrives.
+// What Sample says of a direction, Pdf says too; and the sampled point is where a ray in that direction
+// arrives.
 TEST(Sampling, SampleAndPdfAgree) {
     RNG rng(22);
     for (const Shape &shape : Emitters()) {
@@ -584,7 +589,8 @@ TEST(Sampling, SampleAndPdfAgree) {
     FlushWarnings();
 }
 
-// Samples of the area are uniform: the mean of a function over them is its surface integral, known in closed form.
+// Samples of the area are uniform: the mean of a function over them is its surface integral, known in closed
+// form.
 TEST(Sampling, AreaSamplesAreUniform) {
     SolidSet set;
     const uint32_t sphere = set.AddSphere(Transform(), 2, -1, 1.5f, 360, 0, false);
