@@ -103,12 +103,12 @@ GroomParams MakeGroomParams(std::string_view kind, std::string_view style) {
         } else if (p.style == "curly") {
             p.length = 30;
             p.lengthVariation = 0.3f;
-            p.locks = 650;
-            p.clump = 0.85f;
-            p.curlRadius = 0.75f;
-            p.curlLength = 4.2f;
-            p.frizz = 0.1f;
-            p.flyaways = 0.05f;
+            p.locks = 500;
+            p.clump = 0.92f;
+            p.curlRadius = 0.7f;
+            p.curlLength = 4.6f;
+            p.frizz = 0.06f;
+            p.flyaways = 0.035f;
             p.volume = 2.0f;
             p.level = 0.35f;
         } else if (p.style != "straight") {

@@ -177,7 +177,7 @@ void LockSource::Strand(size_t index, Point3f *out) const {
     const float lockRadius = 0.32f * lockSpacing_;
     const Vector3f rootOffset = root.p - middle.root;
     const float frizz = params_.frizz * (flyaway ? 5.f : 0.5f + r.Uniform(15));
-    const float phase = middle.phase + (flyaway ? 2.5f : 0.55f) * r.Signed(16);
+    const float phase = middle.phase + (flyaway ? 2.5f : 0.4f) * r.Signed(16);
     const float amplitude = params_.curlRadius * middle.amplitude * (0.85f + 0.3f * r.Uniform(17));
     const float turns = middle.turns * (1 + (flyaway ? 0.2f : 0.03f) * r.Signed(18));
     const Vector3f stray{r.Signed(19), r.Signed(20), r.Signed(21)};
@@ -343,8 +343,13 @@ void HeadSource::Grow(size_t index, Guide *g) const {
         Vector3f force = Vector3f{0, -1, 0} * weight;
         // Keep out of the face: hair in front of the ears goes outward and back.
         const float face =
-            SmoothStep(1.f, 5.f, p.z) * SmoothStep(7.f, 3.f, p.y) * SmoothStep(-16.f, -9.f, p.y);
-        force += Vector3f{p.x < 0 ? -0.12f : 0.12f, 0, -0.22f} * face;
+            SmoothStep(1.f, 5.f, p.z) * (1 - SmoothStep(5.f, 10.f, p.y)) * SmoothStep(-16.f, -9.f, p.y);
+        const float away =
+            std::abs(p.x) < 3 && g->side != 0 ? static_cast<float>(g->side) : (p.x < 0 ? -1.f : 1.f);
+        force += Vector3f{0.4f * away * (1 - SmoothStep(5.f, 9.f, std::abs(p.x))), 0, -0.3f} * face;
+        // At the neck hair turns behind the shoulders, before they spread it.
+        const float neck = (1 - SmoothStep(-9.f, -3.f, p.y)) * (1 - SmoothStep(-1.f, 4.f, p.z));
+        force += Vector3f{p.x < 0 ? 0.08f : -0.08f, 0, -0.13f} * (neck * SmoothStep(3.f, 8.f, std::abs(p.x)));
         force += Noise(p * 0.16f, Seed() + 1) * 0.05f + Noise(g->root * 0.5f + p * 0.05f, Seed() + 2) * 0.06f;
         d = Normalize(d + force * step);
         p += d * step;
