@@ -275,8 +275,7 @@ HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<fl
     const std::array<float, 4> sinTurn = view.phi.sin.Array(), cosTurn = view.phi.cos.Array();
     const float cosine = cosines[1] * cosTurn[q] - sines[1] * sinTurn[q];
     const float sine = sines[1] * cosTurn[q] + cosines[1] * sinTurn[q];
-    const float scale = 1 / std::sqrt(cosine * cosine + sine * sine);
-    const SinCosine<float> phi{sine * scale, cosine * scale};
+    const SinCosine<float> phi = UnitVector(sine, cosine);
     const float size = theta.cos / (view.o.cosTheta > 0 ? view.o.cosTheta : 1);
     *wi = {theta.sin + doubt, size * (view.o.y * phi.cos - view.o.z * phi.sin) + doubt,
            size * (view.o.z * phi.cos + view.o.y * phi.sin) + doubt};

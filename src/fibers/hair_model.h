@@ -298,6 +298,18 @@ CUTICLE_INLINE SinCosine<T> RelativeAzimuth(const FiberAngles<T> &o, const Fiber
 }
 //<
 
+//> Bring a vector in the plane to length 1
+// Of any length, also one whose square underflows, as near total reflection; (1, 0) for none.
+template <typename T>
+CUTICLE_INLINE SinCosine<T> UnitVector(T sin, T cos) {
+    const T larger = std::max(std::abs(sin), std::abs(cos));
+    if (!(larger > 0))
+        return {0, 1};
+    const T s = sin / larger, c = cos / larger, inverse = 1 / std::sqrt(s * s + c * c);
+    return {s * inverse, c * inverse};
+}
+//<
+
 //> Weigh colours by their luminance
 inline constexpr std::array<float, 3> kLuminance = {0.212671f, 0.715160f, 0.072169f};
 // Where the A_p of all lobes add up to less, no light leaves.
@@ -465,17 +477,17 @@ typename HairLobes<T>::Value HairLobes<T>::Sample(const Vector3<T> &wo, std::arr
     const T dPhiQ = q < 3 ? SampleTrimmedLogistic(u[1], s, npTail) : kPi<T> * (2 * u[1] - 1);
     const PhiInPlane<T> turn = TurnsOfPaths(h, cosGammaO, inside);
     const T c = std::cos(dPhiQ), d = std::sin(dPhiQ);
-    const T cosPhi = c * turn.cos[q] - d * turn.sin[q], sinPhi = d * turn.cos[q] + c * turn.sin[q];
-    const T scale = thetaI.cos / std::hypot(o.y, o.z) / std::hypot(cosPhi, sinPhi);
-    *wi = {thetaI.sin, scale * (o.y * cosPhi - o.z * sinPhi), scale * (o.z * cosPhi + o.y * sinPhi)};
+    const SinCosine<T> phi = UnitVector(d * turn.cos[q] + c * turn.sin[q], c * turn.cos[q] - d * turn.sin[q]);
+    const T scale = thetaI.cos / std::hypot(o.y, o.z);
+    *wi = {thetaI.sin, scale * (o.y * phi.cos - o.z * phi.sin), scale * (o.z * phi.cos + o.y * phi.sin)};
     //<
     //> Evaluate at the sampled angles
     // Not at those of *wi: rounding to a vector would change the azimuth by many parts of a narrow lobe's width.
     std::array<T, kLobes> dPhi;
     for (size_t p = 0; p < kLobes; ++p)
         dPhi[p] = p == q ? dPhiQ
-                         : std::atan2(sinPhi * turn.cos[p] - cosPhi * turn.sin[p],
-                                      cosPhi * turn.cos[p] + sinPhi * turn.sin[p]);
+                         : std::atan2(phi.sin * turn.cos[p] - phi.cos * turn.sin[p],
+                                      phi.cos * turn.cos[p] + phi.sin * turn.sin[p]);
     return Gather(o, thetaI.sin, thetaI.cos, dPhi);
     //<
 }

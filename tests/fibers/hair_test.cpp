@@ -452,6 +452,21 @@ TEST_P(Hair, EtaBelowOneReflectsTotally) {
                 }
             }
 }
+// Just inside the critical angle TRT turns by a vector whose square underflows: u near 1 may still choose it.
+TEST_P(Hair, NearTotalReflectionDirectionsAreUnit) {
+    for (int i = -2000; i < 2000; ++i) {
+        const float sinO = 1e-3f * (1 + 1e-7f * static_cast<float>(i * i * i) * 1e-5f);
+        const Vector3f wo = Normalize(Vector3f(sinO, 0.96f, -0.28f));
+        for (const float u : {0.f, 0.5f, OneMinusEpsilon}) {
+            const HairBSDF hair(0, 1e-3f, Spectrum(8.f, 0.f, 0.6f), 1, 0.5f, 6);
+            Vector3f wi;
+            float pdf = 0;
+            const Spectrum f = hair.Sample_f(wo, &wi, {u, 0.3f, 0.2f, 0.7f}, &pdf);
+            ASSERT_TRUE(Sane(f, pdf) && IsFinite(wi)) << sinO << wi;
+            ASSERT_NEAR(wi.Length(), 1, 1e-6) << sinO << wi;
+        }
+    }
+}
 // facts: u = 0 gave density 0 at beta_n <= 0.1, and a direction that is then lost.
 TEST_P(Hair, RandomNumbersAtTheEndsHaveADensity) {
     for (const float beta : {0.f, 0.01f, 0.1f, 0.3f, 1.f})
