@@ -193,12 +193,12 @@ def has_prose_before(kinds, i):
     return i >= 0 and kinds[i] == "prose"
 
 
-def main():
+def main(arguments=None):
     parser = argparse.ArgumentParser(description="Check that the book shows and explains every literate line.")
     parser.add_argument("--check", action="store_true", required=True, help="print every error; status 1 if there is one")
     parser.add_argument("--root", type=Path, default=Path(__file__).resolve().parent.parent,
                         help="folder that holds src/ and literate_docs/ (default: of this repository)")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     errors = Check(options.root).run()
     for file, line, message in errors:
         print(f"{file}:{line}: error: {message}")

@@ -3,6 +3,8 @@
 Every test writes a tiny book into a temporary folder. Run: python3 -m unittest tests/literate_check_test.py
 """
 
+import contextlib
+import io
 import subprocess
 import sys
 import tempfile
@@ -10,6 +12,8 @@ import unittest
 from pathlib import Path
 
 WEAVE = Path(__file__).resolve().parent.parent / "literate_docs" / "weave.py"
+sys.path.insert(0, str(WEAVE.parent))
+import weave  # noqa: E402
 SOURCE = "src/fibers/a.h"
 CHAPTER = "literate_docs/01-first.md"
 GOOD_SOURCE = "//> Add two numbers\nint Add(int a, int b);\n//<\n"
@@ -17,23 +21,44 @@ GOOD_CHAPTER = "# 1 Sums\n\nNumbers can be added.\n\n⟨Add two numbers⟩\n"
 
 
 class LiterateCheck(unittest.TestCase):
-    def check(self, files):
-        """Runs the check over files, {path: text}; returns (status, lines printed)."""
+    @contextlib.contextmanager
+    def book(self, files):
+        """A folder that holds files, {path: text}."""
         with tempfile.TemporaryDirectory() as folder:
             for path, text in files.items():
                 file = Path(folder) / path
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_text(text, encoding="utf-8")
-            result = subprocess.run([sys.executable, str(WEAVE), "--check", "--root", folder],
-                                    capture_output=True, text=True, encoding="utf-8")
-            self.assertEqual(result.stderr, "")
-            return result.returncode, result.stdout.splitlines()
+            yield folder
+
+    def check(self, files):
+        """Runs the check over files; returns (exit status, lines printed)."""
+        with self.book(files) as folder, contextlib.redirect_stdout(io.StringIO()) as output:
+            status = weave.main(["--check", "--root", folder])
+        return status, output.getvalue().splitlines()
 
     def assert_good(self, files):
         self.assertEqual(self.check(files), (0, []))
 
     def assert_errors(self, files, *expected):
         self.assertEqual(self.check(files), (1, list(expected)))
+
+    # --- the command -----------------------------------------------------------------------------------------------
+    def run_command(self, files, *options):
+        with self.book(files) as folder:
+            result = subprocess.run([sys.executable, str(WEAVE), *options, "--root", folder],
+                                    capture_output=True, text=True, encoding="utf-8")
+        return result.returncode, result.stdout, result.stderr
+
+    def test_the_command_ends_with_the_status_and_prints_the_errors(self):
+        self.assertEqual(self.run_command({SOURCE: GOOD_SOURCE, CHAPTER: GOOD_CHAPTER}, "--check"), (0, "", ""))
+        self.assertEqual(self.run_command({SOURCE: "int outside;\n"}, "--check"),
+                         (1, f"{SOURCE}:1: error: this line lies outside all chunks\n", ""))
+
+    def test_the_command_wants_to_be_told_to_check(self):
+        status, output, errors = self.run_command({})
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn("--check", errors)
 
     # --- what is right -----------------------------------------------------------------------------------------------
     def test_a_book_that_shows_everything_is_right(self):
