@@ -12,6 +12,7 @@ import unittest
 from pathlib import Path
 
 WEAVE = Path(__file__).resolve().parent.parent / "literate_docs" / "weave.py"
+sys.dont_write_bytecode = True  # leave no cache beside the book
 sys.path.insert(0, str(WEAVE.parent))
 import weave  # noqa: E402
 SOURCE = "src/fibers/a.h"
