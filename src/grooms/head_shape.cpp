@@ -12,6 +12,7 @@ namespace {
 constexpr float kCutHeight = -27.f; // the bust ends here
 // From here directions to the scalp are measured: the cranium's middle.
 constexpr Point3f kCranium{0, 2.6f, -0.8f};
+constexpr Point3f kCrown{1.f, 10.6f, -4.8f};
 
 // First-order distance to an ellipsoid: the implicit function over its gradient's length.
 float Ellipsoid(const Point3f &p, const Point3f &c, const Vector3f &r) {
@@ -62,7 +63,7 @@ float Bust(Point3f p) {
         d = Join(d, Capsule(p, {0.6f, 1.7f, 8.1f}, {4.1f, 1.6f, 6.3f}, 0.85f, 0.75f), 1.2f); // brow
         d = Carve(d, Ellipsoid(p, {3.1f, 0.2f, 9.1f}, {1.6f, 0.95f, 1.7f}), 1.2f);           // socket
         d = Join(d, Ellipsoid(p, {3.05f, 0.15f, 7.05f}, {1.35f, 0.95f, 1.05f}), 0.3f);       // eye
-        d = Join(d, Capsule(p, {0, 1.1f, 8.4f}, {0, -2.9f, 10.5f}, 0.55f, 0.85f), 0.9f);     // nose
+        d = Join(d, Capsule(p, {0, 1.1f, 8.3f}, {0, -2.6f, 9.9f}, 0.55f, 0.8f), 0.9f);       // nose
         d = Join(d, Ellipsoid(p, {0.95f, -3.1f, 9.5f}, {0.6f, 0.5f, 0.8f}), 0.5f);           // nostril
         d = Join(d, Ellipsoid(p, {0, -5.3f, 8.0f}, {2.1f, 0.42f, 0.85f}), 0.7f);             // lips
         d = Join(d, Ellipsoid(p, {0, -6.1f, 7.9f}, {1.7f, 0.48f, 0.9f}), 0.7f);
@@ -164,7 +165,10 @@ Scalp::Scalp() {
             const auto at = [&](int y, int x) { return corner[static_cast<size_t>(y * (kAzimuth + 1) + x)]; };
             const Point3f a = at(j, i), b = at(j, i + 1), c = at(j + 1, i), d = at(j + 1, i + 1);
             const float area = (Cross(b - a, c - a).Length() + Cross(b - d, c - d).Length()) / 2;
-            row += static_cast<double>(area * HairDensity((a + b + c + d) * 0.25f));
+            const Point3f middle = (a + b + c + d) * 0.25f;
+            // Hair lies away from the crown on all sides and would leave it bare: it grows closer there.
+            const float crown = 1 + 1.5f * std::exp((middle - kCrown).LengthSquared() * -0.125f);
+            row += static_cast<double>(area * HairDensity(middle) * crown);
             cdf[i + 1] = static_cast<float>(row);
         }
         if (row > 0)

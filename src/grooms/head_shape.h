@@ -29,7 +29,8 @@ struct ScalpPoint {
 // The hairline: 1 well inside the scalp, 0 outside, a soft edge of some millimetres between.
 float HairDensity(const Point3f &p);
 
-// Picks points on the scalp in proportion to area times density; stratified input gives stratified roots.
+// Picks points on the scalp in proportion to area times density (more around the crown); stratified input gives stratified roots. The
+// hairline is kept to the size of the cells that density is tabulated in, 3 mm.
 class Scalp {
   public:
     Scalp();

@@ -319,7 +319,7 @@ void HeadSource::Grow(size_t index, Guide *g) const {
     Vector3f off = start.p - crown;
     off.y = std::min(off.y, 0.f);
     off = off / std::max(off.Length(), 1e-3f);
-    const Vector3f sideways{start.p.x < params_.part ? -1.f : 1.f, 0, -0.35f};
+    const Vector3f sideways{start.p.x < params_.part ? -1.f : 1.f, 0, -0.6f};
     const float front = SmoothStep(-6.f, 0.5f, start.p.z);
     Vector3f comb = TangentTo(start.n, sideways * front + off * (1 - front));
     if (comb.LengthSquared() > 1e-8f)
