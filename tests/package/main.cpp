@@ -21,7 +21,8 @@ int main() {
     segment.width[0] = segment.width[1] = 0.5f;
     CurveHit hit;
     const Curve curve(segment, CurveType::Flat);
-    if (!curve.Intersect(Ray{Point3f(1.5f, 0.1f, -2), Vector3f(0, 0, 1)}, &hit) || std::abs(hit.u - 0.5f) > 1e-4f)
+    if (!curve.Intersect(Ray{Point3f(1.5f, 0.1f, -2), Vector3f(0, 0, 1)}, &hit) ||
+        std::abs(hit.u - 0.5f) > 1e-4f)
         return 1;
     std::puts("the installed package works");
     return 0;
