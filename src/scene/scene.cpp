@@ -4,6 +4,7 @@
 #include "grooms/hair_file.h"
 #include "grooms/head_shape.h"
 #include "grooms/procedural.h"
+#include "scene/parser.h"
 #include "shapes/ply.h"
 
 #include <algorithm>
@@ -128,12 +129,9 @@ class Scene::Builder {
             const float zMin = p.FindFloat("zmin", -1), zMax = p.FindFloat("zmax", 1);
             return visible ? solids.AddCylinder(toWorld, radius, zMin, zMax, phiMax, id, flip) : 0;
         }
-        constexpr std::string_view kNames[] = {"curve",      "trianglemesh", "plymesh",    "sphere",
-                                               "disk",       "cylinder",     "hairfile",   "groom",
-                                               "groomhead",  "cone",         "paraboloid", "hyperboloid",
-                                               "loopsubdiv", "nurbs",        "heightfield"};
+        const std::span<const std::string_view> names = KnownPlugins(PluginKind::Shape);
         throw Error(p.loc, "unknown shape \"" + shape.type + "\"." +
-                               Suggestion(shape.type, kNames, std::size(kNames)));
+                               Suggestion(shape.type, names.data(), names.size()));
     }
 
     static std::string Filename(const ParamSet &p) {
