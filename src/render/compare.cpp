@@ -96,6 +96,28 @@ void MeasureValues(const Planes &a, const Planes &b, const std::vector<char> &ba
 }
 //<
 
+//> Average over blocks of pixels
+// Means over blocks of side * side pixels, leaving bad ones out; of variances (power 2) the variances of these means.
+// A block of bad pixels is NaN.
+Planes AverageBlocks(const Planes &planes, const std::vector<char> &bad, int side, double power) {
+    Planes blocks{(planes.width + side - 1) / side, (planes.height + side - 1) / side, {}};
+    std::vector<double> counts(static_cast<size_t>(blocks.width) * static_cast<size_t>(blocks.height));
+    for (auto &channel : blocks.channel)
+        channel.resize(counts.size());
+    for (size_t i = 0; i < planes.Size(); ++i) {
+        const size_t width = static_cast<size_t>(planes.width), s = static_cast<size_t>(side);
+        const size_t block = i / width / s * static_cast<size_t>(blocks.width) + i % width / s;
+        counts[block] += !bad[i];
+        for (size_t c = 0; c < 3 && !bad[i]; ++c)
+            blocks.channel[c][block] += planes.channel[c][i];
+    }
+    for (auto &channel : blocks.channel)
+        for (size_t i = 0; i < counts.size(); ++i)
+            channel[i] /= std::pow(counts[i], power);
+    return blocks;
+}
+//<
+
 //> Test the differences against their variances
 ZTest TestDifferences(const Planes &a, const Planes &b, const Planes &varianceA, const Planes &varianceB,
                       const std::vector<char> &bad, const CompareOptions &options) {
@@ -143,6 +165,21 @@ ZTest TestDifferences(const Planes &a, const Planes &b, const Planes &varianceA,
     test.passed = pixels > 0 && test.rejectedFraction <= options.allowedRejected;
     //<
     return test;
+}
+//<
+
+//> Test blocks of pixels where that is asked for
+ZTest TestBlocks(const Planes &a, const Planes &b, const Planes &varianceA, const Planes &varianceB,
+                 const std::vector<char> &bad, const CompareOptions &options) {
+    if (options.block <= 1)
+        return TestDifferences(a, b, varianceA, varianceB, bad, options);
+    const Planes blockA = AverageBlocks(a, bad, options.block, 1);
+    std::vector<char> badBlocks(blockA.Size());
+    for (size_t i = 0; i < badBlocks.size(); ++i)
+        badBlocks[i] = std::isnan(blockA.channel[0][i]);
+    return TestDifferences(blockA, AverageBlocks(b, bad, options.block, 1),
+                           AverageBlocks(varianceA, bad, options.block, 2),
+                           AverageBlocks(varianceB, bad, options.block, 2), badBlocks, options);
 }
 //<
 
@@ -415,7 +452,7 @@ Comparison Compare(const Image &test, const Image &reference, const CompareOptio
     result.badPixels = static_cast<size_t>(std::count(bad.begin(), bad.end(), 1));
     MeasureValues(a, b, bad, options.epsilon, &result);
     if (canTest)
-        result.zTest = TestDifferences(a, b, *varianceA, *varianceB, bad, options);
+        result.zTest = TestBlocks(a, b, *varianceA, *varianceB, bad, options);
     result.flipMap = FLIPOfPlanes(a, b, options.pixelsPerDegree);
     for (const float v : result.flipMap)
         result.flip += v / static_cast<double>(result.flipMap.size());

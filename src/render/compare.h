@@ -13,6 +13,7 @@ struct CompareOptions {
     double epsilon = 0.01;           // of the relative error, in units of the reference squared; > 0
     double pixelsPerDegree = 67;     // of the viewer of FLIP: a 4K screen 0.7 m wide seen from 0.7 m; > 0
     double alpha = 0.01;             // probability that the z-test rejects any pixel of two right pictures
+    int block = 1;                   // the z-test takes the means of blocks of this side, in pixels
     double allowedRejected = 0.0025; // fraction of pixels that may be rejected all the same
 };
 //<
@@ -21,9 +22,9 @@ struct CompareOptions {
 // Where both pictures carry "variance.R", "variance.G", "variance.B", the variances of their pixels' means, every
 // pixel's difference has a z-score, and chance alone would reject a picture of n values with probability alpha.
 struct ZTest {
-    size_t values = 0;           // n: pixels times three channels
+    size_t values = 0;           // n: pixels (or blocks) times three channels
     double level = 0;            // significance of each single test, Sidak's 1 - (1 - alpha)^(1/n)
-    size_t rejectedPixels = 0;   // with at least one channel beyond that level
+    size_t rejectedPixels = 0;   // (or blocks) with at least one channel beyond that level
     double rejectedFraction = 0; // of the pixels
     double bias = 0;             // of R, G, B the largest |sum of differences| in its standard deviations
     bool passed = false;         // rejectedFraction <= allowedRejected
