@@ -211,7 +211,7 @@ void CheckEXRDataWindow(const std::string &filename, const std::string &bytes) {
     size_t at = 8; // after magic number and version
     const auto text = [&] {
         const size_t end = std::min(bytes.find('\0', std::min(at, bytes.size())), bytes.size());
-        const std::string s = bytes.substr(std::min(at, end), end - std::min(at, end));
+        std::string s = bytes.substr(std::min(at, end), end - std::min(at, end));
         at = end + 1;
         return s;
     };
@@ -469,7 +469,7 @@ std::string EncodePNG(const std::string &filename, const Image &image) {
             if (rgb.HasNaNs())
                 rgb = {1, 0, 1};
             for (int c = 0; c < 3; ++c)
-                *row++ = static_cast<png_byte>(255 * LinearToSRGB(std::clamp(rgb[c], 0.f, 1.f)) + 0.5f);
+                *row++ = static_cast<png_byte>(std::lround(255 * LinearToSRGB(std::clamp(rgb[c], 0.f, 1.f))));
         }
     }
 

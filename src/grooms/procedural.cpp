@@ -165,7 +165,8 @@ void LockSource::Strand(size_t index, Point3f *out) const {
             lock = k;
         }
     }
-    const Guide &middle = *nearest[lock];
+    // There is always a guide; only where all are absurdly far is none usable
+    const Guide &middle = nearest[lock] ? *nearest[lock] : guides_.front();
 
     // This strand's own habits.
     const bool flyaway = r.Uniform(10) < params_.flyaways;

@@ -94,7 +94,7 @@ ImageAttribute MatrixAttribute(const Transform &t) {
 } // namespace
 
 std::string DefaultOutput(const SceneDescription &description) {
-    const std::string name = description.film.params.FindString("filename", "");
+    std::string name = description.film.params.FindString("filename", "");
     if (!name.empty())
         return name;
     std::filesystem::path p = std::filesystem::path(description.filename).filename();

@@ -258,7 +258,7 @@ class Builder {
         std::string filename;
         bool gamma;
         float scale;
-        auto operator<=>(const TexelKey &) const = default;
+        auto operator<=>(const TexelKey &) const = default; // NOLINT(modernize-use-nullptr): misread
     };
     std::map<std::string, Image> images_;
     std::map<TexelKey, std::shared_ptr<const Texels<float>>> floatTexels_;

@@ -233,7 +233,10 @@ class Builder {
 
 //> Estimate what a leaf costs
 // In units of one visit to a node: the visit, and one step for each register of capsules.
-float LeafCost(uint32_t n) { return 0.5f + 0.5f * static_cast<float>((n + 7) / 8); }
+float LeafCost(uint32_t n) {
+    const uint32_t registers = (n + 7) / 8;
+    return 0.5f + 0.5f * static_cast<float>(registers);
+}
 //<
 
 //> Gather over many pieces in parallel
@@ -579,7 +582,7 @@ int DefaultSplit(size_t segments) { return segments > (size_t(1) << 19) ? 1 : 2;
 } // namespace
 
 CurveSet::CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
-                   std::unordered_map<uint32_t, RibbonNormals> ribbons, const CurveSetOptions &options)
+                   const std::unordered_map<uint32_t, RibbonNormals> &ribbons, const CurveSetOptions &options)
     : data_(std::make_unique<Data>()) {
     Data &d = *data_;
     d.kernel = ChooseKernel(options.isa);

@@ -38,7 +38,8 @@ class CurveSet {
     // segments. Segments with values that are not finite, or without any width, stay in the list but are never hit:
     // DroppedSegments() counts them. Built with all threads of the current task arena.
     CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
-             std::unordered_map<uint32_t, RibbonNormals> ribbons = {}, const CurveSetOptions &options = {});
+             const std::unordered_map<uint32_t, RibbonNormals> &ribbons = {},
+             const CurveSetOptions &options = {});
     ~CurveSet();
     CurveSet(CurveSet &&) noexcept;
     CurveSet &operator=(CurveSet &&) noexcept;
