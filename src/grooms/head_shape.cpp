@@ -149,20 +149,22 @@ Point3f Scalp::SurfaceAlong(float azimuth, float cosine) const {
 
 Scalp::Scalp() {
     // Area times density of cells even in azimuth and in the cosine from straight up.
-    std::vector<Point3f> corner(static_cast<size_t>((kAzimuth + 1) * (kHeight + 1)));
+    std::vector<Point3f> corner(static_cast<size_t>(kAzimuth + 1) * (kHeight + 1));
     for (int j = 0; j <= kHeight; ++j)
         for (int i = 0; i <= kAzimuth; ++i)
-            corner[static_cast<size_t>(j * (kAzimuth + 1) + i)] =
+            corner[static_cast<size_t>(j) * (kAzimuth + 1) + static_cast<size_t>(i)] =
                 SurfaceAlong(2 * Pi * static_cast<float>(i) / kAzimuth - Pi,
                              1 - 2 * static_cast<float>(j) / static_cast<float>(kHeight));
     double total = 0;
     rowCdf_.assign(kHeight + 1, 0);
-    columnCdf_.assign(static_cast<size_t>(kHeight * (kAzimuth + 1)), 0);
+    columnCdf_.assign(static_cast<size_t>(kHeight) * (kAzimuth + 1), 0);
     for (int j = 0; j < kHeight; ++j) {
         double row = 0;
         float *cdf = columnCdf_.data() + static_cast<ptrdiff_t>(j) * (kAzimuth + 1);
         for (int i = 0; i < kAzimuth; ++i) {
-            const auto at = [&](int y, int x) { return corner[static_cast<size_t>(y * (kAzimuth + 1) + x)]; };
+            const auto at = [&](int y, int x) {
+                return corner[static_cast<size_t>(y) * (kAzimuth + 1) + static_cast<size_t>(x)];
+            };
             const Point3f a = at(j, i), b = at(j, i + 1), c = at(j + 1, i), d = at(j + 1, i + 1);
             const float area = (Cross(b - a, c - a).Length() + Cross(b - d, c - d).Length()) / 2;
             const Point3f middle = (a + b + c + d) * 0.25f;
