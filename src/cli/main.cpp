@@ -4,10 +4,11 @@
 
 #include <glog/logging.h>
 
+#include <cstdio>
 #include <iostream>
 #include <new>
 
-int main(int argc, char **argv) {
+static int Run(int argc, char **argv) {
     google::InitGoogleLogging(argv[0]);
     FLAGS_logtostderr = true;
     CLI::App app{"Cuticle renders pbrt-v3 scenes that hold hair.", "cuticle"};
@@ -38,4 +39,13 @@ int main(int argc, char **argv) {
         return 1;
     }
     return 0;
+}
+
+int main(int argc, char **argv) {
+    try {
+        return Run(argc, argv);
+    } catch (...) {
+        std::fputs("error: an unexpected failure\n", stderr);
+        return 1;
+    }
 }

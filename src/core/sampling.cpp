@@ -164,6 +164,7 @@ std::vector<Distribution1D> Distribution2D::Rows(const Float *f, int nu, int nv)
 
 std::vector<Float> Distribution2D::RowIntegrals(const std::vector<Distribution1D> &rows) {
     std::vector<Float> integrals;
+    integrals.reserve(rows.size());
     for (const Distribution1D &row : rows)
         integrals.push_back(row.Integral());
     return integrals;

@@ -253,17 +253,17 @@ std::vector<double> Convolve(const std::vector<double> &plane, int width, int he
                              const std::vector<double> &kernelX, const std::vector<double> &kernelY) {
     const int radius = static_cast<int>(kernelX.size() / 2);
     std::vector<double> rows(plane.size()), result(plane.size());
+    const double *centreX = kernelX.data() + radius, *centreY = kernelY.data() + radius;
     const auto at = [&](int x, int y) {
         return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
     };
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             for (int k = -radius; k <= radius; ++k)
-                rows[at(x, y)] +=
-                    kernelX[static_cast<size_t>(k + radius)] * plane[at(std::clamp(x + k, 0, width - 1), y)];
+                rows[at(x, y)] += centreX[k] * plane[at(std::clamp(x + k, 0, width - 1), y)];
     for (int y = 0; y < height; ++y)
         for (int k = -radius; k <= radius; ++k) {
-            const double weight = kernelY[static_cast<size_t>(k + radius)];
+            const double weight = centreY[k];
             const int from = std::clamp(y + k, 0, height - 1);
             for (int x = 0; x < width; ++x)
                 result[at(x, y)] += weight * rows[at(x, from)];
