@@ -19,7 +19,8 @@ ROOMS = {
     "grooms": {"core"},
     "scene": {"core", "fibers", "shapes", "grooms"},
     "render": {"core", "fibers", "shapes", "grooms", "scene"},
-    "cli": {"core", "fibers", "shapes", "grooms", "scene", "render"},
+    "figures": {"core", "fibers", "shapes", "grooms", "scene", "render"},
+    "cli": {"core", "fibers", "shapes", "grooms", "scene", "render", "figures"},
 }
 
 

@@ -1,0 +1,478 @@
+#include "figures/plot.h"
+
+#include "core/error.h"
+#include "grooms/output_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <numbers>
+#include <spawn.h>
+#include <string_view>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char **environ;
+
+namespace cuticle {
+
+namespace {
+
+constexpr std::array<const char *, kPlotColors> kColors = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                           "#E69F00", "#56B4E9", "#7A6A00", "#222222"};
+constexpr std::array<int, 7> kMarkers = {7, 5, 9, 13, 6, 4, 2};
+constexpr const char *kInk = "#333333", *kGrid = "#E4E4E4", *kFaint = "#8A8A8A";
+// Viridis (Smith and van der Walt 2015), eight of its colours: even steps of lightness.
+constexpr const char *kHeatColors = "0 '#440154', 1 '#46327e', 2 '#365c8d', 3 '#277f8e', 4 '#1fa187', "
+                                    "5 '#4ac16d', 6 '#a0da39', 7 '#fde725'";
+
+std::string Number(double v) {
+    if (!std::isfinite(v))
+        return "NaN";
+    char text[40];
+    std::snprintf(text, sizeof text, "%.9g", v);
+    return text;
+}
+
+// A string in single quotes: gnuplot substitutes nothing inside it; a quote is written twice.
+std::string Quoted(const std::string &text) {
+    std::string out = "'";
+    for (const char c : text) {
+        if (c == '\'')
+            out += "''";
+        else
+            out += static_cast<unsigned char>(c) < 32 || c == 127 ? ' ' : c;
+    }
+    return out + "'";
+}
+
+std::string AxisRange(const PlotAxis &axis) {
+    return "[" + (axis.min ? Number(*axis.min) : "*") + ":" + (axis.max ? Number(*axis.max) : "*") + "]";
+}
+
+void CheckAxis(const PlotAxis &axis) {
+    if ((axis.min && !std::isfinite(*axis.min)) || (axis.max && !std::isfinite(*axis.max)) ||
+        (axis.min && axis.max && !(*axis.min < *axis.max)))
+        throw Error("a plot's axis \"" + axis.label + "\" has an empty range; min must be below max");
+    if (axis.log && ((axis.min && *axis.min <= 0) || (axis.max && *axis.max <= 0)))
+        throw Error("a plot's logarithmic axis \"" + axis.label + "\" must begin above 0");
+}
+
+void CheckPanel(const PlotPanel &panel) {
+    CheckAxis(panel.x);
+    CheckAxis(panel.y);
+    for (const PlotSeries &s : panel.series)
+        if (s.x.size() != s.y.size() || (!s.error.empty() && s.error.size() != s.y.size()))
+            throw Error("the plotted series \"" + s.label + "\" has " + std::to_string(s.x.size()) + " x, " +
+                        std::to_string(s.y.size()) + " y and " + std::to_string(s.error.size()) + " errors");
+    if (panel.kind == PlotKind::HeatMap) {
+        const PlotHeatMap &map = panel.heatMap;
+        if (map.columns == 0 || map.rows == 0 || map.values.size() != map.columns * map.rows)
+            throw Error("a heat map of " + std::to_string(map.columns) + " columns and " +
+                        std::to_string(map.rows) + " rows has " + std::to_string(map.values.size()) +
+                        " values");
+    } else if (panel.series.empty()) {
+        throw Error("a plot's panel \"" + panel.title + "\" has no series");
+    }
+}
+
+size_t Cycled(int chosen, size_t order, size_t count) {
+    return (chosen < 0 ? order : static_cast<size_t>(chosen)) % count;
+}
+std::string ColorOf(const PlotSeries &s, size_t order) {
+    return std::string(" lc rgb '") + kColors[Cycled(s.color, order, kColors.size())] + "'";
+}
+std::string LineStyle(const PlotSeries &s, size_t order) {
+    constexpr std::array<const char *, 4> dashes = {"1", "(9,5)", "(2,4)", "(10,4,2,4)"};
+    return ColorOf(s, order) + " lw " + Number(s.width) + " dt " + dashes[static_cast<size_t>(s.dash)];
+}
+std::string MarkerStyle(const PlotSeries &s, size_t order) {
+    return " pt " + std::to_string(kMarkers[Cycled(s.marker, order, kMarkers.size())]) + " ps 0.6";
+}
+
+std::string LegendOf(const PlotSeries &s) {
+    return s.label.empty() ? " notitle" : " title " + Quoted(s.label);
+}
+
+// The data of a panel, each series under a name of its own, and the words that plot them.
+struct Drawing {
+    std::string data, plots;
+    int blocks = 0;
+
+    std::string Block(const std::string &rows) {
+        const std::string name = "$d" + std::to_string(blocks++);
+        data += name + " << EOD\n" + rows + "EOD\n";
+        return name;
+    }
+    void Add(const std::string &words) { plots += (plots.empty() ? "plot " : ", \\\n     ") + words; }
+};
+
+// x y low high; a point that cannot be drawn becomes a gap.
+std::string Rows(const PlotSeries &s, const PlotPanel &panel) {
+    std::string rows;
+    for (size_t i = 0; i < s.x.size(); ++i) {
+        const double x = s.x[i], y = s.y[i], e = s.error.empty() ? 0 : s.error[i];
+        if (!std::isfinite(x) || !std::isfinite(y) || (panel.x.log && x <= 0) || (panel.y.log && y <= 0)) {
+            rows += "\n";
+            continue;
+        }
+        // On a logarithmic axis a bar that reaches 0 goes down to the edge of the plot.
+        double low = y - e;
+        if (panel.y.log && !(low > 0))
+            low = panel.y.min ? std::min(*panel.y.min, y) : y * 1e-2;
+        rows += Number(x) + " " + Number(y) + " " + Number(low) + " " + Number(y + e) + "\n";
+    }
+    return rows;
+}
+
+// The way of drawing that gnuplot calls "with", for lines and points, and their looks.
+std::string With(const PlotSeries &s, size_t order) {
+    switch (s.style) {
+    case PlotStyle::Points:
+        return "with points" + ColorOf(s, order) + MarkerStyle(s, order);
+    case PlotStyle::LinePoints:
+        return "with linespoints" + LineStyle(s, order) + MarkerStyle(s, order);
+    case PlotStyle::Steps:
+        return "with histeps" + LineStyle(s, order);
+    case PlotStyle::Line:
+    case PlotStyle::Band:
+        break;
+    }
+    return "with lines" + LineStyle(s, order);
+}
+
+void AddSeries(const PlotSeries &s, size_t order, const std::string &rows, Drawing *drawing) {
+    const std::string name = drawing->Block(rows);
+    if (s.style == PlotStyle::Band)
+        drawing->Add(name + " using 1:3:4 with filledcurves fs transparent solid 0.22 noborder" +
+                     ColorOf(s, order) + " notitle");
+    else if (!s.error.empty())
+        drawing->Add(name + " using 1:2:3:4 with yerrorbars pt 7 ps 0 lw 1" + ColorOf(s, order) + " notitle");
+    drawing->Add(name + " using 1:2 " + With(s, order) + LegendOf(s));
+}
+
+std::string AxisText(const char *name, const PlotAxis &axis) {
+    std::string text = axis.log
+                           ? std::string("set logscale ") + name + "\nset format " + name + " '10^{%T}'\n"
+                           : std::string("unset logscale ") + name + "\nset format " + name + " '%g'\n";
+    text += std::string("set ") + name + "range " + AxisRange(axis) + "\n";
+    text += std::string("set ") + name + "tics nomirror out scale 0.6,0.3 " +
+            (axis.step > 0 && !axis.log ? Number(axis.step) : "autofreq") + "\n";
+    text += std::string(axis.log ? "set m" : "unset m") + name + "tics\n";
+    text += std::string("set ") + name + "label " + Quoted(axis.label) + "\n";
+    return text;
+}
+
+std::string ReferenceLines(const PlotPanel &panel) {
+    std::string text;
+    for (const PlotReferenceLine &line : panel.lines) {
+        const std::string at = Number(line.at);
+        const std::string from = line.vertical ? at + ", graph 0" : "graph 0, first " + at;
+        const std::string to = line.vertical ? at + ", graph 1" : "graph 1, first " + at;
+        text += "set arrow from first " + from + " to first " + to + " nohead back lw 1 dt (5,4) lc rgb '" +
+                kFaint + "'\n";
+        if (!line.label.empty())
+            text += "set label " + Quoted(line.label) + " at " +
+                    (line.vertical ? "first " + at + ", graph 0.97 rotate by 90 right offset 0.8,0"
+                                   : "graph 0.99, first " + at + " right offset 0,0.5") +
+                    " font ',10' textcolor rgb '" + kFaint + "' front\n";
+    }
+    // "graph 0, first y" and "x, graph 1" carry their own words; "first" before "graph" would be an error.
+    for (size_t at = 0; (at = text.find("first graph", at)) != std::string::npos;)
+        text.erase(at, 6);
+    return text;
+}
+
+std::string CartesianText(const PlotPanel &panel) {
+    Drawing drawing;
+    for (size_t i = 0; i < panel.series.size(); ++i)
+        AddSeries(panel.series[i], i, Rows(panel.series[i], panel), &drawing);
+    return std::string("set border 3 lw 1 lc rgb '") + kInk + "'\nset grid back lw 1 lt 1 lc rgb '" + kGrid +
+           "'\n" + AxisText("x", panel.x) + AxisText("y", panel.y) + ReferenceLines(panel) + drawing.data +
+           drawing.plots + "\n";
+}
+
+std::string HeatMapText(const PlotPanel &panel) {
+    const PlotHeatMap &map = panel.heatMap;
+    const double dx = (map.xMax - map.xMin) / static_cast<double>(map.columns);
+    const double dy = (map.yMax - map.yMin) / static_cast<double>(map.rows);
+    std::string rows;
+    for (size_t j = 0; j < map.rows; ++j)
+        for (size_t i = 0; i < map.columns; ++i) {
+            const double v = map.values[j * map.columns + i];
+            rows += Number(map.xMin + (static_cast<double>(i) + 0.5) * dx) + " " +
+                    Number(map.yMin + (static_cast<double>(j) + 0.5) * dy) + " " +
+                    Number(map.log && !(v > 0) ? NAN : v) + "\n";
+        }
+    Drawing drawing;
+    drawing.Add(drawing.Block(rows) + " using 1:2:3 with image notitle");
+    for (size_t i = 0; i < panel.series.size(); ++i)
+        AddSeries(panel.series[i], i, Rows(panel.series[i], panel), &drawing);
+    PlotAxis x = panel.x, y = panel.y, color;
+    x.min = map.xMin, x.max = map.xMax, y.min = map.yMin, y.max = map.yMax;
+    color.log = map.log, color.min = map.min, color.max = map.max, color.label = map.label;
+    return std::string("set border 15 lw 1 lc rgb '") + kInk + "'\nunset grid\nset palette defined (" +
+           kHeatColors + ")\nset colorbox\n" + AxisText("x", x) + AxisText("y", y) + AxisText("cb", color) +
+           ReferenceLines(panel) + drawing.data + drawing.plots + "\n";
+}
+
+// --- polar: circles and spokes are ours, so that they look the same with a logarithmic radius ----------------------
+
+// 1, 2 or 5 times a power of ten, about range / count.
+double NiceStep(double range, int count) {
+    const double raw = range / count, power = std::pow(10, std::floor(std::log10(raw)));
+    const double f = raw / power;
+    return power * (f < 1.5 ? 1 : f < 3.5 ? 2 : f < 7.5 ? 5 : 10);
+}
+
+class PolarScale {
+  public:
+    explicit PolarScale(const PlotPanel &panel) : log_(panel.y.log), zero_(panel.polarZero) {
+        double largest = 0;
+        for (const PlotSeries &s : panel.series)
+            for (size_t i = 0; i < s.y.size(); ++i)
+                if (std::isfinite(s.y[i]))
+                    largest = std::max(largest, s.y[i] + (s.error.empty() || log_ ? 0 : s.error[i]));
+        if (!(largest > 0))
+            largest = 1;
+        max_ = panel.y.max.value_or(log_ ? std::pow(10, std::ceil(std::log10(largest) - 1e-9)) : largest);
+        min_ = panel.y.min.value_or(log_ ? max_ * 1e-3 : 0);
+        if (!(min_ < max_))
+            throw Error("the radius of a polar plot must reach from below its largest value");
+        step_ = log_ ? std::max(1., std::round(std::log10(max_ / min_) / 4))
+                     : (panel.y.step > 0 ? panel.y.step : NiceStep(max_ - min_, 4));
+        if (!log_ && !panel.y.max)
+            max_ = min_ + step_ * std::ceil((max_ - min_) / step_ - 1e-9);
+    }
+    // In [0, 1], or NaN where there is nothing to draw; beyond the ends: the ends.
+    double Radius(double r) const {
+        if (!std::isfinite(r) || (log_ && r <= 0))
+            return NAN;
+        const double t = log_ ? std::log(r / min_) / std::log(max_ / min_) : (r - min_) / (max_ - min_);
+        return std::clamp(t, 0., 1.);
+    }
+    std::array<double, 2> At(double degrees, double radius) const {
+        const double a = (degrees + zero_) * std::numbers::pi / 180;
+        return {radius * std::cos(a), radius * std::sin(a)};
+    }
+    std::vector<double> Rings() const {
+        std::vector<double> rings;
+        if (log_)
+            for (double e = std::ceil(std::log10(min_) - 1e-9); e <= std::log10(max_) + 1e-9; e += step_)
+                rings.push_back(std::pow(10, e));
+        else
+            for (int i = 0; min_ + i * step_ <= max_ * (1 + 1e-9); ++i)
+                rings.push_back(min_ + i * step_);
+        return rings;
+    }
+
+  private:
+    bool log_;
+    double zero_, min_ = 0, max_ = 1, step_ = 1;
+};
+
+std::string Point(const std::array<double, 2> &p) { return Number(p[0]) + "," + Number(p[1]); }
+
+std::string PolarGrid(const PlotPanel &panel, const PolarScale &scale) {
+    std::string text;
+    for (int degrees = 0; degrees < 360; degrees += 30) {
+        text += "set arrow from 0,0 to " + Point(scale.At(degrees, 1)) + " nohead back lw 1 lc rgb '" +
+                kGrid + "'\n";
+        const int shown = degrees > 180 ? degrees - 360 : degrees;
+        auto at = scale.At(degrees, 1.06);
+        at[1] *= 1.03; // letters are taller than the gap
+        const char *align = at[0] > 0.2 ? "left" : at[0] < -0.2 ? "right" : "center";
+        text += "set label " + Quoted(std::to_string(shown) + "°") + " at " + Point(at) + " " + align +
+                " font ',11' textcolor rgb '" + kInk + "'\n";
+    }
+    for (const double ring : scale.Rings()) {
+        const double r = scale.Radius(ring);
+        if (r <= 0)
+            continue;
+        text += "set object circle at 0,0 size " + Number(r) + " back fs empty border lc rgb '" +
+                (r > 1 - 1e-9 ? kFaint : kGrid) + "' lw 1\n";
+        char value[24];
+        std::snprintf(value, sizeof value, "%.3g", ring);
+        text += "set label " + Quoted(value) + " at " + Point(scale.At(105, r)) +
+                " center font ',9' textcolor rgb '" + kFaint + "' front\n";
+    }
+    if (!panel.y.label.empty())
+        text += "set label " + Quoted(panel.y.label) + " at 0,-1.22 center textcolor rgb '" + kInk + "'\n";
+    return text;
+}
+
+std::string PolarText(const PlotPanel &panel) {
+    const PolarScale scale(panel);
+    Drawing drawing;
+    for (size_t i = 0; i < panel.series.size(); ++i) {
+        const PlotSeries &s = panel.series[i];
+        std::string line, bars;
+        for (size_t k = 0; k < s.x.size(); ++k) {
+            const double r = scale.Radius(s.y[k]);
+            if (!std::isfinite(r)) {
+                line += "\n";
+                continue;
+            }
+            const auto p = scale.At(s.x[k], r);
+            line += Number(p[0]) + " " + Number(p[1]) + "\n";
+            if (s.error.empty())
+                continue;
+            const double low = scale.Radius(s.y[k] - s.error[k]), high = scale.Radius(s.y[k] + s.error[k]);
+            for (const double end : {std::isfinite(low) ? low : 0, high}) {
+                const auto q = scale.At(s.x[k], end);
+                bars += Number(q[0]) + " " + Number(q[1]) + "\n";
+            }
+            bars += "\n";
+        }
+        if (!bars.empty())
+            drawing.Add(drawing.Block(bars) + " using 1:2 with lines lw 1" + ColorOf(s, i) + " notitle");
+        PlotSeries drawn = s;
+        if (s.style == PlotStyle::Steps)
+            drawn.style = PlotStyle::Line;
+        drawing.Add(drawing.Block(line) + " using 1:2 " + With(drawn, i) + LegendOf(s));
+    }
+    return "set size ratio -1\nunset border\nunset grid\nunset logscale\nunset xtics\nunset ytics\n"
+           "unset xlabel\nunset ylabel\nset xrange [-1.2:1.2]\nset yrange [-1.2:1.2]\n" +
+           PolarGrid(panel, scale) + drawing.data + drawing.plots + "\nset size noratio\n";
+}
+
+// The words of a legend's place come from a program, not from a user; anything else would be a mistake in it.
+std::string LegendPlace(const std::string &words) {
+    for (const char c : words)
+        if (!(c == ' ' || (c >= 'a' && c <= 'z')))
+            throw Error("a legend's place \"" + words + "\" must be words like \"top right\"");
+    return words;
+}
+
+std::string PanelText(const PlotPanel &panel) {
+    CheckPanel(panel);
+    std::string text = "unset arrow\nunset label\nunset object\nunset colorbox\nset title " +
+                       Quoted(panel.title) + "\nset key " + LegendPlace(panel.legend) +
+                       " Left reverse spacing 1.15 samplen 2.2\n";
+    switch (panel.kind) {
+    case PlotKind::Cartesian:
+        return text + CartesianText(panel);
+    case PlotKind::Polar:
+        return text + PolarText(panel);
+    case PlotKind::HeatMap:
+        return text + HeatMapText(panel);
+    }
+    return text;
+}
+
+// --- running gnuplot -------------------------------------------------------------------------------------------
+
+struct CloseFile {
+    void operator()(std::FILE *f) const { std::fclose(f); }
+};
+using TemporaryFile = std::unique_ptr<std::FILE, CloseFile>;
+
+TemporaryFile MakeTemporaryFile() {
+    TemporaryFile file(std::tmpfile());
+    if (!file)
+        throw Error(std::string("cannot make a temporary file for a plot: ") + std::strerror(errno));
+    return file;
+}
+
+std::string Contents(std::FILE *file) {
+    std::string text;
+    std::rewind(file);
+    std::array<char, 65536> buffer;
+    for (size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), file)) > 0;)
+        text.append(buffer.data(), n);
+    return text;
+}
+
+// Runs gnuplot on a program text and returns what it draws. No shell, no start-up files; text, drawing and complaints
+// go through unnamed files, so that neither side ever waits for the other.
+std::string RunGnuplot(const std::string &text) {
+    const TemporaryFile in = MakeTemporaryFile(), out = MakeTemporaryFile(), complaints = MakeTemporaryFile();
+    if (std::fwrite(text.data(), 1, text.size(), in.get()) != text.size() || std::fflush(in.get()) != 0)
+        throw Error(std::string("cannot hand a plot to gnuplot: ") + std::strerror(errno));
+    std::rewind(in.get());
+
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, fileno(in.get()), STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, fileno(out.get()), STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, fileno(complaints.get()), STDERR_FILENO);
+    std::string program = "gnuplot", noDefaults = "-d";
+    const std::array<char *, 3> words = {program.data(), noDefaults.data(), nullptr};
+    pid_t child = 0;
+    const int failure = posix_spawnp(&child, "gnuplot", &actions, nullptr, words.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (failure != 0)
+        throw Error(
+            std::string("cannot run gnuplot, which draws plots (Debian: apt-get install gnuplot-nox): ") +
+            std::strerror(failure));
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0)
+        if (errno != EINTR)
+            throw Error(std::string("lost sight of gnuplot: ") + std::strerror(errno));
+    std::string drawing = Contents(out.get());
+    const std::string said = Contents(complaints.get());
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || drawing.empty())
+        throw Error("gnuplot could not draw the plot: " + (said.empty() ? "it said nothing" : said));
+    return drawing;
+}
+
+std::string TerminalOf(const std::string &filename) {
+    for (const char *ending : {"svg", "png", "pdf"})
+        if (filename.ends_with(std::string(".") + ending))
+            return ending;
+    throw Error("the plot's name \"" + filename + "\" must end in .svg, .png or .pdf");
+}
+
+} // namespace
+
+std::string PlainText(const std::string &text) {
+    std::string out;
+    for (const char c : text) {
+        if (std::strchr("\\{}_^@&~", c) != nullptr && c != '\0')
+            out += '\\';
+        out += c;
+    }
+    return out;
+}
+
+std::string GnuplotText(const Plot &plot, const std::string &terminal) {
+    if (plot.panels.empty() || plot.columns < 1 || plot.width < 100 || plot.height < 100)
+        throw Error("a plot needs a panel, a column and at least 100 x 100 pixels");
+    const int columns = std::min(plot.columns, static_cast<int>(plot.panels.size()));
+    const int rows = (static_cast<int>(plot.panels.size()) + columns - 1) / columns;
+    const int width = columns * plot.width, height = rows * plot.height + (plot.title.empty() ? 0 : 40);
+    const std::string font = "font 'DejaVu Sans,12'";
+    std::string text;
+    if (terminal == "svg")
+        text = "set terminal svg enhanced size " + std::to_string(width) + "," + std::to_string(height) +
+               " " + font + " background rgb 'white'\n";
+    else if (terminal == "png") // twice the pixels, and everything twice as large
+        text = "set terminal pngcairo enhanced size " + std::to_string(2 * width) + "," +
+               std::to_string(2 * height) + " fontscale 2 linewidth 2 pointscale 2 " + font +
+               " background rgb 'white'\n";
+    else // 96 pixels to the inch
+        text = "set terminal pdfcairo enhanced size " + Number(width / 96.) + "," + Number(height / 96.) +
+               " " + font + " background rgb 'white'\n";
+    text += std::string("set encoding utf8\nset tics textcolor rgb '") + kInk + "'\nset key textcolor rgb '" +
+            kInk + "'\n";
+    if (plot.panels.size() > 1 || !plot.title.empty())
+        text += "set multiplot layout " + std::to_string(rows) + "," + std::to_string(columns) + " title " +
+                Quoted(plot.title) + " font ',15'\n";
+    for (const PlotPanel &panel : plot.panels)
+        text += PanelText(panel);
+    if (plot.panels.size() > 1 || !plot.title.empty())
+        text += "unset multiplot\n";
+    return text;
+}
+
+void WritePlot(const std::string &filename, const Plot &plot) {
+    const std::string terminal = TerminalOf(filename);
+    OutputFile file(filename); // before the work: a folder that is missing is said at once
+    file.Write(RunGnuplot(GnuplotText(plot, terminal)));
+    file.Commit();
+}
+
+} // namespace cuticle
