@@ -72,6 +72,12 @@ static std::string Located(const FileLoc &loc, const std::string &message, std::
 Error::Error(const FileLoc &loc, const std::string &message, std::string_view sourceLine)
     : std::runtime_error(Located(loc, message, sourceLine)) {}
 
+std::string Reason(const Error &e) {
+    const std::string_view text = e.what();
+    constexpr std::string_view prefix = "error: ";
+    return std::string(text.starts_with(prefix) ? text.substr(prefix.size()) : text);
+}
+
 void Warning(const FileLoc &loc, const std::string &kind, const std::string &message) {
     WarningLog &log = Log();
     const std::lock_guard lock(log.mutex);

@@ -26,6 +26,9 @@ class Error : public std::runtime_error {
     Error(const FileLoc &loc, const std::string &message, std::string_view sourceLine = {});
 };
 
+// The message of an error that knows no place, without "error: " in front: for a caller who knows it and throws again.
+std::string Reason(const Error &e);
+
 // Reports a warning on standard error, once per kind: repeats of one kind are counted and summed up by
 // FlushWarnings(). kind is a short fixed text ("unknown texture class"), message the whole sentence. With strict
 // warnings on, throws Error instead. Safe from any thread.

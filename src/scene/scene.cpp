@@ -191,9 +191,7 @@ class Scene::Builder {
                                       : static_cast<double>(p.FindFloat(info.name, 0)));
             return params;
         } catch (const Error &e) {
-            // The table knows no places in files
-            const std::string text = e.what();
-            throw Error(p.loc, text.starts_with("error: ") ? text.substr(7) : text);
+            throw Error(p.loc, Reason(e)); // the table knows no places in files
         }
     }
 

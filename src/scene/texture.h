@@ -39,10 +39,12 @@ class ConstantTexture final : public Texture<T> {
 // Images are looked up bilinearly at one point a camera sample: many samples a pixel filter the picture, so that the
 // parameters of pbrt-v3's filters ("trilinear", "maxanisotropy", "aamode") are read and have no effect.
 //
+// fbm, windy, wrinkled, marble and dots are made of Perlin's noise with pbrt-v3's values (see noise.h); all octaves of it
+// are summed, for the same reason.
+//
 // Throws Error with the place in the scene file for: an unknown class, mapping or wrap mode; an image that is missing
-// or damaged. A class of pbrt-v3 that is not rendered is one warning and stands for its average: bilerp (mean of its
-// corners), uv (0.5, 0.5, 0), dots (19% inside, 81% outside), fbm and windy (0), wrinkled
-// (0.2 sum of roughness^k over the octaves), marble (mean of its colours), ptex (0.5).
+// or damaged; octaves below 0 or above 100; uv and marble declared as float, which pbrt-v3 has not either. ptex is one
+// warning and the constant 0.5.
 class TextureTable {
   public:
     TextureTable() = default;

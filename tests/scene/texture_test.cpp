@@ -3,6 +3,8 @@
 
 #include "core/error.h"
 #include "core/image.h"
+#include "core/sampling.h"
+#include "scene/noise.h"
 #include "scene/scene_description.h"
 
 #include <gtest/gtest.h>
@@ -254,24 +256,145 @@ TEST_F(Textures, ErrorsNameTheirPlace) {
               std::string::npos);
 }
 
-TEST_F(Textures, WhatIsNotRenderedIsOneWarningAndItsMean) {
-    EXPECT_EQ(Float("Texture \"a\" \"float\" \"bilerp\" \"float v00\" 1 \"float v01\" 2 \"float v10\" 3 "
-                    "\"float v11\" 6"),
-              3);
+TEST_F(Textures, BilerpBlendsItsCorners) {
+    const std::string values =
+        "\"bilerp\" \"float v00\" 1 \"float v01\" 2 \"float v10\" 3 \"float v11\" 6 \"float uscale\" 2";
+    const std::string text = "Texture \"a\" \"float\" " + values;
+    EXPECT_EQ(Float(text, UV(0, 0)), 1);
+    EXPECT_EQ(Float(text, UV(0, 1)), 2);
+    EXPECT_EQ(Float(text, UV(0.5f, 0)), 3);
+    EXPECT_EQ(Float(text, UV(0.5f, 1)), 6);
+    EXPECT_EQ(Float(text, UV(0.25f, 0.5f)), 3);
+    EXPECT_EQ(Float(text, UV(1, 0)), 5); // goes on beyond the square
+    EXPECT_EQ(Color("Texture \"a\" \"color\" \"bilerp\" \"rgb v11\" [1 0 .5]", UV(1, 1)),
+              Spectrum(1, 0, 0.5f));
+    EXPECT_EQ(Float("Texture \"a\" \"float\" \"bilerp\"", UV(0.3f, 0.625f)), 0.625f); // v, by default
+    EXPECT_EQ(FlushWarnings(), 0u);
+}
+
+TEST_F(Textures, UVShowsTheFractions) {
+    EXPECT_EQ(Color("Texture \"a\" \"color\" \"uv\" \"float uscale\" 3 \"float vdelta\" -1", UV(0.75f, 0.5f)),
+              Spectrum(0.25f, 0.5f, 0));
+    EXPECT_EQ(Color("Texture \"a\" \"spectrum\" \"uv\" \"string mapping\" \"planar\" \"vector v1\" [0 0 1]",
+                    {{0, 2.25f, 3.5f}, {}}),
+              Spectrum(0.5f, 0.25f, 0));
+    EXPECT_EQ(FlushWarnings(), 0u);
+}
+
+// pbrt-v3's rule, written out again in double.
+TEST_F(Textures, DotsLieWhereNoiseSaysSo) {
+    const TextureTable table = Table("Texture \"a\" \"float\" \"dots\" \"float inside\" 2 \"float outside\" "
+                                     "1 \"float uscale\" 3 \"float vscale\" 2");
+    RNG rng(3);
+    const auto noise = [](double x, double y) {
+        return static_cast<double>(Noise({static_cast<float>(x), static_cast<float>(y), 0.5f}));
+    };
+    int inside = 0, undecided = 0;
+    constexpr int n = 20000;
+    for (int i = 0; i < n; ++i) {
+        const Point2f uv{20 * rng.UniformFloat() - 10, 20 * rng.UniformFloat() - 10};
+        const double s = 3 * static_cast<double>(uv.x), t = 2 * static_cast<double>(uv.y);
+        const double cs = std::round(s), ct = std::round(t);
+        const double r =
+            std::hypot(s - cs - 0.15 * noise(cs + 1.5, ct + 2.8), t - ct - 0.15 * noise(cs + 4.5, ct + 9.8));
+        const bool in = noise(cs + 0.5, ct + 0.5) > 0 && r < 0.35;
+        inside += in;
+        if (std::abs(r - 0.35) < 1e-4)
+            ++undecided; // rounding may put it on either side
+        else
+            EXPECT_EQ(table.FloatTexture(0)->Evaluate({{}, uv}), in ? 2 : 1) << uv.x << ", " << uv.y;
+    }
+    EXPECT_LT(undecided, n / 100);
+    // Some half of the cells hold a disk of area 0.385
+    EXPECT_GT(inside, n * 0.385 * 0.3);
+    EXPECT_LT(inside, n * 0.385 * 0.7);
+    EXPECT_TRUE(std::isnan(table.FloatTexture(0)->Evaluate(UV(std::nanf(""), 0))));
+}
+
+// The noise goes through the texture's transformation as the 3D checkerboard does.
+TEST_F(Textures, NoiseTexturesAreSumsOfOctaves) {
+    RNG rng(4);
+    const auto octaves = [](const Point3f &p, double omega, int n, bool absolute) {
+        double sum = 0, weight = 1, lambda = 1;
+        for (int i = 0; i < n; ++i, weight *= omega, lambda *= 1.99) {
+            const double v = static_cast<double>(Noise(p * static_cast<float>(lambda)));
+            sum += weight * (absolute ? std::abs(v) : v);
+        }
+        return sum;
+    };
+    const std::string end = " \"integer octaves\" 5 \"float roughness\" .7";
+    const std::string move = "Scale 2 2 2 Translate 1 2 3 ";
+    const TextureTable table = Table(
+        move + "Texture \"a\" \"float\" \"fbm\"" + end + " Texture \"b\" \"float\" \"wrinkled\"" + end +
+        " Texture \"c\" \"float\" \"windy\" Texture \"d\" \"float\" \"fbm\" Texture \"e\" \"color\" \"fbm\"" +
+        end + " Texture \"f\" \"color\" \"wrinkled\"" + end + " Texture \"g\" \"color\" \"windy\"");
+    EXPECT_EQ(FlushWarnings(), 0u);
+    for (int i = 0; i < 1000; ++i) {
+        const auto r = [&] { return 10 * rng.UniformFloat() - 5; };
+        const TexturePoint point{{r(), r(), r()}, {}};
+        const Point3f p = (point.p + Point3f(1, 2, 3)) * 2;
+        const auto at = [&](size_t k) { return static_cast<double>(table.FloatTexture(k)->Evaluate(point)); };
+        // Rounding of the point times the gradient of the finest octave
+        const double fbm = octaves(p, 0.7, 5, false),
+                     wrinkled = octaves(p, 0.7, 5, true) + 0.2 * std::pow(0.7, 5);
+        EXPECT_NEAR(at(0), fbm, 2e-4);
+        EXPECT_NEAR(at(1), wrinkled, 2e-4);
+        EXPECT_NEAR(at(2), std::abs(octaves(p * 0.1f, 0.5, 3, false)) * octaves(p, 0.5, 6, false), 2e-4);
+        EXPECT_NEAR(at(3), octaves(p, 0.5, 8, false), 2e-4); // the defaults
+        for (size_t k = 0; k < 3; ++k)
+            EXPECT_EQ(table.SpectrumTexture(k)->Evaluate(point),
+                      Spectrum(table.FloatTexture(k)->Evaluate(point)));
+    }
+}
+
+// The colours by de Casteljau's algorithm, in double; a reflectance stays one.
+TEST_F(Textures, MarbleIsASplineOfColours) {
+    const double reds[] = {.58, .58, .58, .5, .6, .58, .58, .2, .58},
+                 blues[] = {.6, .6, .6, .5, .58, .6, .6, .33, .6};
+    const TextureTable table =
+        Table("Texture \"a\" \"color\" \"marble\" \"float scale\" 3 \"float variation\" 2 "
+              "\"integer octaves\" 4 \"float roughness\" .4");
+    RNG rng(5);
+    float least = 1, most = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const auto r = [&] { return 4 * rng.UniformFloat() - 2; };
+        const Point3f p{r(), r(), r()};
+        const double t = 3 * (1 + std::sin(static_cast<double>(3 * p.y + 2 * FBm(p * 3, 0.4f, 4))));
+        const int first = std::min(static_cast<int>(t), 5);
+        const auto spline = [&](const double *c) {
+            double v[4];
+            std::copy(c + first, c + first + 4, v);
+            for (int level = 3; level > 0; --level)
+                for (int k = 0; k < level; ++k)
+                    v[k] += (v[k + 1] - v[k]) * (t - first);
+            return 1.5 * v[0];
+        };
+        const Spectrum color = table.SpectrumTexture(0)->Evaluate({p, {}});
+        if (std::abs(t - std::round(t)) > 1e-4) { // rounding may take either segment there
+            EXPECT_NEAR(color[0], spline(reds), 1e-4);
+            EXPECT_NEAR(color[2], spline(blues), 1e-4);
+        }
+        least = std::min(least, color[0]), most = std::max(most, color[0]);
+    }
+    EXPECT_GT(least, 0.2f);
+    EXPECT_LT(least, 0.8f); // dark veins
+    EXPECT_LT(most, 1);
+    EXPECT_EQ(FlushWarnings(), 0u);
+}
+
+TEST_F(Textures, WhatIsNotRenderedIsOneWarningOrAnError) {
+    EXPECT_EQ(Color("Texture \"a\" \"color\" \"ptex\" \"string filename\" \"a.ptx\""), Spectrum(0.5f));
     EXPECT_EQ(FlushWarnings(), 1u);
-    EXPECT_EQ(Color("Texture \"a\" \"color\" \"uv\" \"float uscale\" 3"), Spectrum(0.5f, 0.5f, 0));
-    EXPECT_EQ(FlushWarnings(), 1u);
-    EXPECT_EQ(Float("Texture \"a\" \"float\" \"fbm\" \"integer octaves\" 3"), 0);
-    EXPECT_EQ(FlushWarnings(), 1u);
-    EXPECT_NEAR(Float("Texture \"a\" \"float\" \"wrinkled\" \"integer octaves\" 2 \"float roughness\" .5"),
-                0.3f, 1e-6f);
-    EXPECT_EQ(FlushWarnings(), 1u);
-    EXPECT_NEAR(Float("Texture \"a\" \"float\" \"dots\" \"float inside\" 2 \"float outside\" 1"),
-                1 + Pi * 0.35f * 0.35f / 2, 1e-6f);
-    EXPECT_EQ(FlushWarnings(), 1u);
-    for (const char *name : {"windy", "marble", "ptex"}) {
-        EXPECT_TRUE(Color(std::string("Texture \"a\" \"color\" \"") + name + "\"").IsFinite());
-        EXPECT_EQ(FlushWarnings(), 1u) << name;
+    // pbrt-v3 has these in colour alone
+    for (const std::string name : {"uv", "marble"}) {
+        const std::string m = MessageOf([&] { Table("Texture \"a\" \"float\" \"" + name + "\""); });
+        EXPECT_NE(m.find("test.pbrt:2:"), std::string::npos) << m;
+        EXPECT_NE(m.find("\"color\""), std::string::npos) << m;
+    }
+    for (const char *octaves : {"-1", "101"}) {
+        const std::string m = MessageOf(
+            [&] { Table(std::string("Texture \"a\" \"float\" \"fbm\" \"integer octaves\" ") + octaves); });
+        EXPECT_NE(m.find("0 to 100"), std::string::npos) << m;
     }
 }
 
