@@ -3,6 +3,9 @@
 
 #include "render/path.h"
 
+#include <algorithm>
+#include <array>
+
 namespace cuticle {
 
 //> Read the path integrator's settings from the scene
@@ -23,8 +26,25 @@ static PathIntegrator::Settings PathSettings(const ParamSet &params, bool direct
 //<
 
 //> List the integrators that pbrt-v3 knows
-static constexpr std::string_view kIntegrators[] = {"path", "directlighting", "volpath", "bdpt",
-                                                    "mlt",  "sppm",           "whitted"};
+struct IntegratorName {
+    std::string_view name;
+    const char *difference = nullptr; // of the picture that it would make from ours, where "path" stands in
+};
+static constexpr char kSameButCaustics[] = "both estimate the same light, but for caustics of point and "
+                                           "distant lights, which paths from the camera cannot find";
+static constexpr char kOpenness[] =
+    "its picture shows how open each place is, whatever the lights; ours shows the lights";
+static constexpr IntegratorName kIntegrators[] = {
+    {"path"},
+    {"directlighting"},
+    {"whitted"},
+    {"volpath", "the picture is the same where there are no participating media, which are not rendered"},
+    {"bdpt", kSameButCaustics},
+    {"mlt", kSameButCaustics},
+    {"sppm", kSameButCaustics},
+    {"ambientocclusion", kOpenness},
+    {"ao", kOpenness},
+};
 //<
 
 std::unique_ptr<Integrator> MakeIntegrator(const Entity &entity, const std::string &type) {
@@ -33,16 +53,22 @@ std::unique_ptr<Integrator> MakeIntegrator(const Entity &entity, const std::stri
     if (override) // the scene's parameters belong to another integrator: only the depth carries over
         std::erase_if(params.params, [](const Param &p) { return p.name != "maxdepth"; });
     //> Make the integrator, or say what stands in for it
-    if (std::find(std::begin(kIntegrators), std::end(kIntegrators), type) == std::end(kIntegrators))
-        throw Error(params.loc, "unknown integrator \"" + type + "\"." +
-                                    Suggestion(type, kIntegrators, std::size(kIntegrators)));
-    const bool direct = type == "directlighting";
+    std::array<std::string_view, std::size(kIntegrators)> names;
+    std::transform(std::begin(kIntegrators), std::end(kIntegrators), names.begin(),
+                   [](const IntegratorName &known) { return known.name; });
+    const auto found = std::find(names.begin(), names.end(), type);
+    if (found == names.end())
+        throw Error(params.loc,
+                    "unknown integrator \"" + type + "\"." + Suggestion(type, names.data(), names.size()));
+    const char *difference = kIntegrators[found - names.begin()].difference;
+    // pbrt-v3's "whitted" adds up direct light and follows mirrors and glass: the picture of "directlighting".
+    const bool direct = type == "directlighting" || type == "whitted";
     auto integrator = std::make_unique<PathIntegrator>(PathSettings(params, direct));
-    if (direct || type == "path")
+    if (!difference)
         params.ReportUnused("Integrator \"" + type + "\"");
     else
         Warning(params.loc, "integrator \"" + type + "\" is not rendered",
-                "integrator \"" + type + "\" is not rendered; \"path\" is used instead");
+                "integrator \"" + type + "\" is not rendered; \"path\" is used instead: " + difference);
     return integrator;
     //<
 }

@@ -109,7 +109,8 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
     FilmOptions filmOptions = options.film;
     filmOptions.quick = options.quick;
     Film film(description.film, filmOptions);
-    const Camera camera = MakeCamera(description.camera, film.Resolution());
+    const Camera camera =
+        MakeCamera(description.camera, film.Resolution(), description.film.params.FindFloat("diagonal", 35));
     const Filter filter = MakeFilter(description.filter);
     const std::unique_ptr<Integrator> integrator =
         MakeIntegrator(description.integrator, options.integrator.value_or(description.integrator.type));
@@ -191,7 +192,8 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
     image.attributes["seed"] = NumberAttribute(static_cast<double>(options.seed));
     image.attributes["renderTime"] = NumberAttribute(stats->renderSeconds);
     image.attributes["worldToCamera"] = MatrixAttribute(camera.WorldToCamera());
-    image.attributes["worldToScreen"] = MatrixAttribute(camera.CameraToScreen() * camera.WorldToCamera());
+    if (camera.HasCameraToScreen())
+        image.attributes["worldToScreen"] = MatrixAttribute(camera.CameraToScreen() * camera.WorldToCamera());
     return image;
 }
 

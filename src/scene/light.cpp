@@ -4,6 +4,7 @@
 #include "core/image.h"
 #include "core/sampling.h"
 
+#include <array>
 #include <string>
 
 namespace cuticle {
@@ -40,6 +41,114 @@ void RequireInvertible(const LightEntity &entity) {
         throw Error(entity.params.loc, entity.type + " light: its transformation has no inverse");
 }
 
+// --- maps ------------------------------------------------------------------------------------------------------
+
+// (phi / 2 pi, theta / pi) of a direction of any length, theta from +z, phi from +x; each in [0, 1).
+Point2f SphericalMapPoint(const Vector3f &w) {
+    float phi = std::atan2(w.y, w.x);
+    if (phi < 0)
+        phi += 2 * Pi;
+    const float theta = std::atan2(std::sqrt(w.x * w.x + w.y * w.y), w.z);
+    return {std::min(phi * (0.5f / Pi), OneMinusEpsilon), std::min(theta * (1 / Pi), OneMinusEpsilon)};
+}
+
+// The picture that a light shows, v down its rows. As in pbrt-v3, values of 8-bit files are taken as linear.
+class LightMap {
+  public:
+    // Around: the left and the right border are one, as in a map of the sphere.
+    enum class Border { Around, Held };
+
+    // The file that "mapname" names, times scale; scale everywhere where there is no such parameter. Error at the parameter when the
+    // file cannot be used. Values that are negative or not finite are set to 0 with a Warning.
+    LightMap(const ParamSet &params, const Spectrum &scale, Border border);
+
+    int Width() const { return width_; }
+    int Height() const { return height_; }
+    // Bilinear between texel centres; held at the borders, but where they are one.
+    Spectrum Lookup(float u, float v) const {
+        const auto clamped = [](float x, int size) {
+            return std::clamp(x * static_cast<float>(size) - 0.5f, 0.f, static_cast<float>(size - 1));
+        };
+        const bool around = border_ == Border::Around;
+        const float x = around ? u * static_cast<float>(width_) - 0.5f : clamped(u, width_);
+        const float y = clamped(v, height_);
+        const float xFloor = std::floor(x), yFloor = std::floor(y), fx = x - xFloor, fy = y - yFloor;
+        const int left = static_cast<int>(xFloor), y0 = static_cast<int>(yFloor);
+        const int x0 = around ? (left + width_) % width_ : left;
+        const int x1 = around ? (x0 + 1) % width_ : std::min(left + 1, width_ - 1);
+        const int y1 = std::min(y0 + 1, height_ - 1);
+        return (Texel(x0, y0) * (1 - fx) + Texel(x1, y0) * fx) * (1 - fy) +
+               (Texel(x0, y1) * (1 - fx) + Texel(x1, y1) * fx) * fy;
+    }
+    // The mean of Lookup over all directions, the map being one of the sphere.
+    Spectrum MeanOverSphere() const;
+
+  private:
+    const Spectrum &Texel(int x, int y) const {
+        return texels_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
+    }
+
+    int width_ = 1, height_ = 1;
+    Border border_ = Border::Held;
+    std::vector<Spectrum> texels_;
+};
+
+LightMap::LightMap(const ParamSet &params, const Spectrum &scale, Border border) : border_(border) {
+    const std::string filename = params.FindFilename("mapname");
+    if (filename.empty()) {
+        texels_.assign(1, scale);
+        return;
+    }
+    const FileLoc &loc = params.Find("mapname")->loc;
+    Image image;
+    try {
+        image = ReadImage(filename, false);
+    } catch (const Error &e) {
+        throw Error(loc, "the light's map cannot be used: " + Reason(e));
+    }
+    width_ = image.width, height_ = image.height;
+    if (width_ < 1 || height_ < 1 || width_ > (1 << 20) || height_ > (1 << 20))
+        throw Error(loc, filename + ": " + std::to_string(width_) + " x " + std::to_string(height_) +
+                             " pixels are no map of a light");
+    texels_.resize(static_cast<size_t>(width_) * static_cast<size_t>(height_));
+    size_t bad = 0, i = 0;
+    for (int y = 0; y < height_; ++y)
+        for (int x = 0; x < width_; ++x, ++i) {
+            const Spectrum s = image.RGB(x, y) * scale;
+            for (int c = 0; c < 3; ++c) {
+                const bool good = s[c] >= 0 && s[c] < Infinity;
+                texels_[i][c] = good ? s[c] : 0;
+                bad += !good;
+            }
+        }
+    if (bad > 0)
+        Warning(loc, "map values out of range",
+                filename + ": " + std::to_string(bad) +
+                    " values are negative, NaN or infinite, and set to 0");
+}
+
+Spectrum LightMap::MeanOverSphere() const {
+    // Between the centres of two rows at theta0 and theta1 their weights are linear; times sin theta, integrated.
+    const double step = kPi<double> / height_;
+    std::vector<double> weight(static_cast<size_t>(height_), 0);
+    weight.front() += 1 - std::cos(step / 2);
+    weight.back() += 1 - std::cos(step / 2);
+    for (size_t j = 0; j + 1 < weight.size(); ++j) {
+        const double theta0 = step * (static_cast<double>(j) + 0.5), theta1 = theta0 + step;
+        const double slope = (std::sin(theta1) - std::sin(theta0)) / step;
+        weight[j] += std::cos(theta0) - slope;
+        weight[j + 1] += slope - std::cos(theta1);
+    }
+    std::array<double, 3> total{};
+    for (int y = 0; y < height_; ++y)
+        for (int x = 0; x < width_; ++x)
+            for (int c = 0; c < 3; ++c)
+                total[static_cast<size_t>(c)] +=
+                    weight[static_cast<size_t>(y)] * static_cast<double>(Texel(x, y)[c]);
+    const auto mean = [&](size_t c) { return static_cast<float>(total[c] / (2. * width_)); };
+    return {mean(0), mean(1), mean(2)};
+}
+
 // --- lights at a point -----------------------------------------------------------------------------------------
 
 class PointLight : public Light {
@@ -60,7 +169,7 @@ class PointLight : public Light {
 
   protected:
     // Relative intensity toward w, of any length.
-    virtual float Falloff(const Vector3f & /*w*/) const { return 1; }
+    virtual Spectrum Falloff(const Vector3f & /*w*/) const { return Spectrum(1.f); }
     Point3f p_;
     Spectrum I_;
 };
@@ -77,21 +186,97 @@ class SpotLight : public PointLight {
     }
 
   protected:
-    float Falloff(const Vector3f &w) const override {
+    Spectrum Falloff(const Vector3f &w) const override {
         const Vector3f local = worldToLight_.Vector(w);
         const float cosTheta = local.z / local.Length();
         if (!(cosTheta >= cosTotalWidth_))
-            return 0;
+            return Spectrum(0.f);
         if (cosTheta >= cosFalloffStart_)
-            return 1;
+            return Spectrum(1.f);
         const float delta = (cosTheta - cosTotalWidth_) / (cosFalloffStart_ - cosTotalWidth_);
-        return Sqr(Sqr(delta));
+        return Spectrum(Sqr(Sqr(delta)));
     }
 
   private:
     Transform worldToLight_;
     float cosTotalWidth_, cosFalloffStart_;
 };
+
+// A point light whose intensity over directions is a map of the sphere: theta from its own +y down the rows, phi from +x
+// toward +z along them (pbrt-v3, 12.3.3). pbrt-v3 weighs all pixels alike in the power, which is the mean over directions
+// here; it only decides how often a light is sampled.
+class GoniometricLight : public PointLight {
+  public:
+    GoniometricLight(const Transform &lightToWorld, const Spectrum &I, LightMap map)
+        : PointLight(lightToWorld.Point({}), I), worldToLight_(lightToWorld.Inverse()), map_(std::move(map)) {
+    }
+    Spectrum Power() const override { return I_ * map_.MeanOverSphere() * (4 * Pi); }
+
+  protected:
+    Spectrum Falloff(const Vector3f &w) const override {
+        const Vector3f local = worldToLight_.Vector(w);
+        const Point2f uv = SphericalMapPoint({local.x, local.z, local.y});
+        return map_.Lookup(uv.x, uv.y);
+    }
+
+  private:
+    Transform worldToLight_;
+    LightMap map_;
+};
+
+// A slide projector along +z of its own space (pbrt-v3, 12.3.2). fov spans the picture's shorter side. The top row of the
+// picture is at -y, as in pbrt-v3: in the space of a camera that sees y upward it hangs upside down. pbrt-v3 repeats the
+// picture at its borders, which mixes opposite ones over half a pixel; here they are held.
+class ProjectionLight : public PointLight {
+  public:
+    ProjectionLight(const Transform &lightToWorld, const Spectrum &I, LightMap map, float fov)
+        : PointLight(lightToWorld.Point({}), I), worldToLight_(lightToWorld.Inverse()), map_(std::move(map)) {
+        const float aspect = static_cast<float>(map_.Width()) / static_cast<float>(map_.Height());
+        const float tanHalf = std::tan(Radians(fov) / 2);
+        xMax_ = tanHalf * std::max(1.f, aspect);
+        yMax_ = tanHalf * std::max(1.f, 1 / aspect);
+    }
+    // By the solid angle of each of many cells of the picture (pbrt-v3 takes the cone around it).
+    Spectrum Power() const override;
+
+  protected:
+    Spectrum Falloff(const Vector3f &w) const override {
+        const Vector3f local = worldToLight_.Vector(w);
+        if (!(local.z > 0))
+            return Spectrum(0.f);
+        const float x = local.x / (local.z * xMax_), y = local.y / (local.z * yMax_);
+        if (!(std::abs(x) <= 1 && std::abs(y) <= 1))
+            return Spectrum(0.f);
+        return map_.Lookup(0.5f + 0.5f * x, 0.5f + 0.5f * y);
+    }
+
+  private:
+    Transform worldToLight_;
+    LightMap map_;
+    float xMax_, yMax_; // half sizes of the picture on the plane z = 1
+};
+
+Spectrum ProjectionLight::Power() const {
+    // Solid angle of the rectangle from the axis to (x, y) of the plane z = 1, negative where one of them is.
+    const auto corner = [](double x, double y) { return std::atan(x * y / std::sqrt(1 + x * x + y * y)); };
+    const auto cells = [](int pixels) { return 2 * pixels * std::max(1, 32 / pixels); };
+    const int nx = cells(map_.Width()), ny = cells(map_.Height());
+    const double xMax = static_cast<double>(xMax_), yMax = static_cast<double>(yMax_);
+    std::array<double, 3> total{};
+    for (int j = 0; j < ny; ++j) {
+        const double y0 = yMax * (2. * j / ny - 1), y1 = yMax * (2. * (j + 1) / ny - 1);
+        for (int i = 0; i < nx; ++i) {
+            const double x0 = xMax * (2. * i / nx - 1), x1 = xMax * (2. * (i + 1) / nx - 1);
+            const double solidAngle = corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0);
+            const Spectrum s = map_.Lookup((static_cast<float>(i) + 0.5f) / static_cast<float>(nx),
+                                           (static_cast<float>(j) + 0.5f) / static_cast<float>(ny));
+            for (int c = 0; c < 3; ++c)
+                total[static_cast<size_t>(c)] += solidAngle * static_cast<double>(s[c]);
+        }
+    }
+    return I_ *
+           Spectrum(static_cast<float>(total[0]), static_cast<float>(total[1]), static_cast<float>(total[2]));
+}
 
 // --- lights far away -------------------------------------------------------------------------------------------
 
@@ -150,14 +335,13 @@ void Reduce(std::vector<float> *row, size_t cells) {
     *row = std::move(out);
 }
 
-// A latitude-longitude map with pbrt-v3's orientation: theta from +z down the rows, phi from +x along them.
+// A latitude-longitude map with pbrt-v3's orientation: theta from +z down the rows, phi from +x along them. It is held at
+// the poles (pbrt-v3 wraps there too, which mixes zenith and nadir).
 class MapInfiniteLight : public Light {
   public:
-    MapInfiniteLight(const Transform &lightToWorld, const Image &image, const Spectrum &scale,
-                     const FileLoc &loc, const std::string &name, float worldRadius)
-        : width_(image.width), height_(image.height), worldRadius_(worldRadius),
-          worldToLight_(lightToWorld.Inverse()), lightToWorld_(lightToWorld) {
-        ReadTexels(image, scale, loc, name);
+    MapInfiniteLight(const Transform &lightToWorld, LightMap map, float worldRadius)
+        : map_(std::move(map)), worldRadius_(worldRadius), worldToLight_(lightToWorld.Inverse()),
+          lightToWorld_(lightToWorld), meanRadiance_(map_.MeanOverSphere()) {
         BuildDistribution();
     }
 
@@ -176,19 +360,19 @@ class MapInfiniteLight : public Light {
         const Vector3f wi = Normalize(lightToWorld_.Vector(local));
         // From the rounded direction, as a ray that finds it by other means will have it.
         const Vector3f w = worldToLight_.Vector(wi);
-        const Point2f found = MapPoint(w);
-        *sample = {wi, Density(found, w), Infinity, Lookup(found.x, found.y), false};
+        const Point2f found = SphericalMapPoint(w);
+        *sample = {wi, Density(found, w), Infinity, map_.Lookup(found.x, found.y), false};
         return sample->pdf > 0 && !sample->L.IsBlack();
     }
 
     float Pdf_Li(const Point3f &, const Vector3f &wi) const override {
         const Vector3f w = worldToLight_.Vector(wi);
-        return Density(MapPoint(w), w);
+        return Density(SphericalMapPoint(w), w);
     }
 
     Spectrum Le(const Ray &ray) const override {
-        const Point2f uv = MapPoint(worldToLight_.Vector(ray.d));
-        return Lookup(uv.x, uv.y);
+        const Point2f uv = SphericalMapPoint(worldToLight_.Vector(ray.d));
+        return map_.Lookup(uv.x, uv.y);
     }
 
     Spectrum Power() const override { return meanRadiance_ * (4 * Pi * Pi * Sqr(worldRadius_)); }
@@ -198,49 +382,28 @@ class MapInfiniteLight : public Light {
     // At most this many cells in the sampling table (16 MB); finer maps are averaged.
     static constexpr int kMaxColumns = 2048, kMaxRows = 1024;
 
-    void ReadTexels(const Image &image, const Spectrum &scale, const FileLoc &loc, const std::string &name) {
-        texels_.resize(static_cast<size_t>(width_) * static_cast<size_t>(height_));
-        size_t bad = 0, i = 0;
-        for (int y = 0; y < height_; ++y)
-            for (int x = 0; x < width_; ++x, ++i) {
-                const Spectrum s = image.RGB(x, y) * scale;
-                for (int c = 0; c < 3; ++c) {
-                    const bool good = s[c] >= 0 && s[c] < Infinity;
-                    texels_[i][c] = good ? s[c] : 0;
-                    bad += !good;
-                }
-            }
-        if (bad > 0)
-            Warning(loc, "environment map values out of range",
-                    name + ": " + std::to_string(bad) +
-                        " values are negative, NaN or infinite, and set to 0");
-    }
-
     // Cells of half a texel: over each the interpolated map is one bilinear patch, whose mean is its value at
     // the centre. So a cell has probability 0 only if the map is black all over it.
     void BuildDistribution() {
-        const int columns = std::min(2 * width_, kMaxColumns), rows = std::min(2 * height_, kMaxRows);
+        const int width = map_.Width(), height = map_.Height();
+        const int columns = std::min(2 * width, kMaxColumns), rows = std::min(2 * height, kMaxRows);
         cosTheta_.resize(static_cast<size_t>(rows) + 1);
         for (int j = 0; j <= rows; ++j)
             cosTheta_[static_cast<size_t>(j)] = std::cos(kPi<double> * j / rows);
         cosTheta_.back() = -1;
 
         std::vector<float> cells(static_cast<size_t>(columns) * static_cast<size_t>(rows));
-        std::vector<float> line(size_t{2} * static_cast<size_t>(width_));
+        std::vector<float> line(size_t{2} * static_cast<size_t>(width));
         // Fine rows go to the coarse rows they overlap, by the share of the coarse row that they cover.
-        const double ratio = static_cast<double>(rows) / (2.0 * height_);
-        double total[3] = {};
-        for (int y = 0; y < 2 * height_; ++y) {
-            line.assign(size_t{2} * static_cast<size_t>(width_), 0);
-            const float v = (static_cast<float>(y) + 0.5f) / static_cast<float>(2 * height_);
-            const double bandHeight =
-                std::cos(kPi<double> * y / (2 * height_)) - std::cos(kPi<double> * (y + 1) / (2 * height_));
-            for (int x = 0; x < 2 * width_; ++x) {
-                const Spectrum s = Lookup((static_cast<float>(x) + 0.5f) / static_cast<float>(2 * width_), v);
+        const double ratio = static_cast<double>(rows) / (2.0 * height);
+        for (int y = 0; y < 2 * height; ++y) {
+            line.assign(size_t{2} * static_cast<size_t>(width), 0);
+            const float v = (static_cast<float>(y) + 0.5f) / static_cast<float>(2 * height);
+            for (int x = 0; x < 2 * width; ++x) {
+                const Spectrum s =
+                    map_.Lookup((static_cast<float>(x) + 0.5f) / static_cast<float>(2 * width), v);
                 // Not luminance alone: a saturated blue has next to none, yet must be found.
                 line[static_cast<size_t>(x)] = Importance(s);
-                for (int c = 0; c < 3; ++c)
-                    total[c] += static_cast<double>(s[c]) * bandHeight / (2 * 2 * width_);
             }
             Reduce(&line, static_cast<size_t>(columns));
             const double begin = y * ratio, end = (y + 1) * ratio;
@@ -258,8 +421,6 @@ class MapInfiniteLight : public Light {
                 cells[static_cast<size_t>(j) * static_cast<size_t>(columns) + static_cast<size_t>(x)] *= band;
         }
         distribution_ = std::make_unique<Distribution2D>(cells.data(), columns, rows);
-        meanRadiance_ = {static_cast<float>(total[0]), static_cast<float>(total[1]),
-                         static_cast<float>(total[2])};
         const Transform::Matrix &m = worldToLight_.M();
         determinant_ = std::abs(worldToLight_.Determinant() / (m[3][3] * m[3][3] * m[3][3]));
     }
@@ -267,14 +428,6 @@ class MapInfiniteLight : public Light {
     // Luminance, and a little of each channel so that no colour is overlooked.
     static float Importance(const Spectrum &s) { return 0.9f * s.y() + 0.1f * ((s[0] + s[1] + s[2]) / 3); }
 
-    // (phi / 2 pi, theta / pi) of a direction in the light's space, each in [0, 1].
-    static Point2f MapPoint(const Vector3f &w) {
-        float phi = std::atan2(w.y, w.x);
-        if (phi < 0)
-            phi += 2 * Pi;
-        const float theta = std::atan2(std::sqrt(w.x * w.x + w.y * w.y), w.z);
-        return {std::min(phi * (0.5f / Pi), OneMinusEpsilon), std::min(theta * (1 / Pi), OneMinusEpsilon)};
-    }
     // Per steradian of the world, of the direction whose image in the light's space is w, at map point uv.
     float Density(const Point2f &uv, const Vector3f &w) const {
         const size_t rows = cosTheta_.size() - 1;
@@ -288,30 +441,13 @@ class MapInfiniteLight : public Light {
         const double length2 = static_cast<double>(w.LengthSquared());
         return static_cast<float>(pdf * determinant_ / (length2 * std::sqrt(length2)));
     }
-    // Bilinear between texel centres; around in phi, held at the poles (pbrt-v3 wraps there too, which mixes
-    // zenith and nadir).
-    Spectrum Lookup(float u, float v) const {
-        const float x = u * static_cast<float>(width_) - 0.5f;
-        const float y =
-            std::clamp(v * static_cast<float>(height_) - 0.5f, 0.f, static_cast<float>(height_ - 1));
-        const float xFloor = std::floor(x), yFloor = std::floor(y), fx = x - xFloor, fy = y - yFloor;
-        const int x0 = (static_cast<int>(xFloor) + width_) % width_, x1 = (x0 + 1) % width_;
-        const int y0 = static_cast<int>(yFloor), y1 = std::min(y0 + 1, height_ - 1);
-        return (Texel(x0, y0) * (1 - fx) + Texel(x1, y0) * fx) * (1 - fy) +
-               (Texel(x0, y1) * (1 - fx) + Texel(x1, y1) * fx) * fy;
-    }
-    const Spectrum &Texel(int x, int y) const {
-        return texels_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
-    }
-
-    int width_, height_;
+    LightMap map_;
     float worldRadius_;
     Transform worldToLight_, lightToWorld_;
     double determinant_ = 1; // |det| of worldToLight_
-    std::vector<Spectrum> texels_;
+    Spectrum meanRadiance_;
     std::vector<double> cosTheta_; // at the borders of the table's rows, from 1 to -1
     std::unique_ptr<Distribution2D> distribution_;
-    Spectrum meanRadiance_;
 };
 
 // --- the table of names ----------------------------------------------------------------------------------------
@@ -323,15 +459,10 @@ std::unique_ptr<Light> MakeInfinite(const LightEntity &entity, const Bounds3f &w
     // Samples a light are pbrt's directlighting's business; read, so that they do not count as unused.
     params.FindInt("samples", params.FindInt("nsamples", 1));
     const float radius = WorldRadius(worldBound);
-    const std::string filename = params.FindFilename("mapname");
-    if (filename.empty())
+    if (params.FindFilename("mapname").empty())
         return std::make_unique<ConstantInfiniteLight>(scale, radius);
-    // As pbrt-v3: 8-bit maps are taken as linear here.
-    const Image image = ReadImage(filename, false);
-    if (image.width < 1 || image.height < 1 || image.width > (1 << 20) || image.height > (1 << 20))
-        throw Error(params.loc, filename + ": " + std::to_string(image.width) + " x " +
-                                    std::to_string(image.height) + " pixels are no environment map");
-    return std::make_unique<MapInfiniteLight>(entity.ctm, image, scale, params.loc, filename, radius);
+    return std::make_unique<MapInfiniteLight>(entity.ctm, LightMap(params, scale, LightMap::Border::Around),
+                                              radius);
 }
 
 std::unique_ptr<Light> MakeDistant(const LightEntity &entity, const Bounds3f &worldBound) {
@@ -376,26 +507,31 @@ std::unique_ptr<Light> MakeSpot(const LightEntity &entity, const Bounds3f &) {
     return std::make_unique<SpotLight>(entity.ctm * axes, I, cone, std::max(0.f, cone - delta));
 }
 
-std::unique_ptr<Light> MakePointInstead(const LightEntity &entity, const Bounds3f &worldBound) {
-    Warning(entity.params.loc, "light " + entity.type + " not rendered",
-            "light \"" + entity.type +
-                "\" is not rendered in this version; a point light of the same I takes its place");
-    entity.params.FindFilename("mapname");
-    entity.params.FindFloat("fov", 45);
-    return MakePoint(entity, worldBound);
+std::unique_ptr<Light> MakeGoniometric(const LightEntity &entity, const Bounds3f &) {
+    RequireInvertible(entity);
+    return std::make_unique<GoniometricLight>(
+        entity.ctm, Scaled(entity.params, "I", "goniometric"),
+        LightMap(entity.params, Spectrum(1.f), LightMap::Border::Around));
+}
+
+std::unique_ptr<Light> MakeProjection(const LightEntity &entity, const Bounds3f &) {
+    const ParamSet &params = entity.params;
+    RequireInvertible(entity);
+    const float fov = params.FindFloat("fov", 45);
+    if (!(fov > 0 && fov < 180))
+        throw Error(params.loc, "projection light: fov must be between 0 and 180 degrees");
+    return std::make_unique<ProjectionLight>(entity.ctm, Scaled(params, "I", "projection"),
+                                             LightMap(params, Spectrum(1.f), LightMap::Border::Held), fov);
 }
 
 struct LightName {
     std::string_view name;
     std::unique_ptr<Light> (*make)(const LightEntity &, const Bounds3f &);
 };
-constexpr LightName kLights[] = {{"infinite", MakeInfinite},
-                                 {"exinfinite", MakeInfinite},
-                                 {"distant", MakeDistant},
-                                 {"point", MakePoint},
-                                 {"spot", MakeSpot},
-                                 {"goniometric", MakePointInstead},
-                                 {"projection", MakePointInstead}};
+constexpr LightName kLights[] = {
+    {"infinite", MakeInfinite},    {"exinfinite", MakeInfinite}, {"distant", MakeDistant},
+    {"point", MakePoint},          {"spot", MakeSpot},           {"goniometric", MakeGoniometric},
+    {"projection", MakeProjection}};
 
 } // namespace
 

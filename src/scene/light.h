@@ -59,8 +59,8 @@ class DiffuseAreaLight : public Light {
     uint32_t geometryId_;
 };
 
-// LightSource directives: infinite (exinfinite), distant, point, spot. goniometric and projection are
-// replaced by an isotropic point light of the same I, with a Warning. An unknown name is an Error.
+// LightSource directives: infinite (exinfinite), distant, point, spot, goniometric, projection. An unknown name and a map
+// that cannot be used are an Error.
 // worldBound: of all shapes and curves. Values below 0 or NaN are set to 0 with a Warning that says where.
 std::unique_ptr<Light> MakeLight(const LightEntity &entity, const Bounds3f &worldBound);
 // AreaLightSource directives: diffuse (area).

@@ -159,6 +159,46 @@ TEST(Path, DirectLightingIsAPathOfDepthOne) {
     EXPECT_GT(path.value[0], 0.05);
 }
 
+// A stand-in is said once, with what differs; what has the same picture is not. A picture that is the path tracer's is so bit for
+// bit.
+TEST(MakeIntegrator, NamesAreRenderedReplacedOrRefused) {
+    const std::string scene = HairBall("\"float eumelanin\" 0.3", kWhiteDome, 3);
+    RenderOptions options;
+    options.spp = 4;
+    const auto picture = [&](const char *name, size_t warnings) {
+        options.integrator = name;
+        FlushWarnings();
+        Image image = RenderText(scene, options).image;
+        EXPECT_EQ(FlushWarnings(), warnings) << name;
+        return image.data;
+    };
+    const auto path = picture("path", 0), direct = picture("directlighting", 0);
+    EXPECT_NE(path, direct);
+    EXPECT_EQ(picture("whitted", 0), direct);
+    for (const char *name : {"volpath", "bdpt", "mlt", "sppm", "ambientocclusion", "ao"})
+        EXPECT_EQ(picture(name, 1), path) << name;
+    options.integrator = "pathh";
+    EXPECT_THROW(RenderText(scene, options), Error);
+}
+
+// What a picture's header says of its camera: matrices for those that have them.
+TEST(Render, HeaderHoldsTheCamerasMatrices) {
+    const auto header = [](const std::string &camera) {
+        return RenderText(FilmText(4, 2) + "Translate 1 2 3 Camera " + camera + " WorldBegin " + kWhiteDome +
+                          " WorldEnd")
+            .image.attributes;
+    };
+    for (const char *name : {"\"perspective\" \"float fov\" 90", "\"orthographic\"", "\"environment\""}) {
+        auto attributes = header(name);
+        // Row vectors: the translation stands in the last row
+        EXPECT_EQ(attributes.at("worldToCamera").matrix[13], 2) << name;
+        EXPECT_EQ(attributes.contains("worldToScreen"), std::string(name) != "\"environment\"") << name;
+    }
+    EXPECT_EQ(header("\"orthographic\"").at("worldToScreen").matrix,
+              header("\"orthographic\"").at("worldToCamera").matrix);
+    EXPECT_EQ(header("\"perspective\" \"float fov\" 90").at("worldToScreen").matrix[11], 1);
+}
+
 TEST(Render, SameBitsForAnyNumberOfThreads) {
     const std::string scene = HairBall("\"float eumelanin\" 0.3", kWhiteDome, 30);
     RenderOptions options;

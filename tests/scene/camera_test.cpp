@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 namespace cuticle {
 namespace {
 
@@ -120,7 +122,129 @@ TEST(Camera, PixelAngleIsTheStepBetweenPixels) {
     EXPECT_NEAR(camera.PixelAngle() / (a - b).Length(), 1, 1e-3);
 }
 
-TEST(Camera, RefusesNonsenseAndReplacesWhatItCannotRender) {
+Entity OfType(const std::string &type, const Transform &worldToCamera = Transform()) {
+    Entity entity = Perspective(worldToCamera);
+    entity.type = type;
+    return entity;
+}
+
+// Parallel rays over the screen window, which is in units of the camera's space.
+TEST(OrthographicCamera, RaysAreParallelOverTheScreenWindow) {
+    const Transform worldToCamera = Transform::LookAt({1, 2, 3}, {4, 4, 4}, {0, 1, 0});
+    Entity entity = OfType("orthographic", worldToCamera);
+    const Camera standard = MakeCamera(entity, {200, 100});
+    const auto inCamera = [&](const Ray &ray) { return worldToCamera.Point(ray.o); };
+    EXPECT_LT(Distance(inCamera(standard.GenerateRay({0, 0}, {})), {-2, 1, 0}), 1e-6f);
+    EXPECT_LT(Distance(inCamera(standard.GenerateRay({200, 100}, {})), {2, -1, 0}), 1e-6f);
+    EXPECT_EQ(standard.PixelAngle(), 0);
+    Set(&entity, "screenwindow", {-3, 5, -1, 2});
+    const Camera camera = MakeCamera(entity, {200, 100});
+    RNG rng(3);
+    for (int i = 0; i < 1000; ++i) {
+        const Point2f film{200 * rng.UniformFloat(), 100 * rng.UniformFloat()};
+        const Ray ray = camera.GenerateRay(film, {0.2f, 0.9f});
+        EXPECT_LT(Distance(worldToCamera.Vector(ray.d), {0, 0, 1}), 1e-6f);
+        EXPECT_LT(Distance(inCamera(ray), {-3 + 8 * film.x / 200, 2 - 3 * film.y / 100, 0}), 1e-5f);
+        const Point2f back = camera.WorldToRaster(ray(40 * rng.UniformFloat()));
+        EXPECT_NEAR(back.x, film.x, 1e-3);
+        EXPECT_NEAR(back.y, film.y, 1e-3);
+        // The matrix of the picture's header: to the screen window
+        ASSERT_TRUE(camera.HasCameraToScreen());
+        const Point3f screen = (camera.CameraToScreen() * camera.WorldToCamera()).Point(ray(7));
+        EXPECT_LT(Distance(screen, {-3 + 8 * film.x / 200, 2 - 3 * film.y / 100, 7}), 1e-5f);
+    }
+}
+
+// The lens of a film position lies around its ray: all its rays meet at the plane of focus, and a lens that shrinks leaves the
+// pinhole's picture.
+TEST(OrthographicCamera, ThinLensFocusesOnAPlane) {
+    Entity entity = OfType("orthographic");
+    Set(&entity, "lensradius", {0.25});
+    Set(&entity, "focaldistance", {7});
+    const Camera camera = MakeCamera(entity, {320, 240});
+    RNG rng(5);
+    float widest = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Point2f film{320 * rng.UniformFloat(), 240 * rng.UniformFloat()};
+        const Ray ray = camera.GenerateRay(film, {rng.UniformFloat(), rng.UniformFloat()});
+        const Ray pinhole = MakeCamera(OfType("orthographic"), {320, 240}).GenerateRay(film, {});
+        const float offset = Distance(ray.o, pinhole.o);
+        EXPECT_LE(offset, 0.25f * (1 + 1e-5f));
+        widest = std::max(widest, offset);
+        EXPECT_LT(Distance(ray(7 / ray.d.z), pinhole(7)), 1e-5f);
+    }
+    EXPECT_GT(widest, 0.24f);
+}
+
+// Equal areas of the film get solid angles by the sine of their row: together, with that weight, the rays cover the
+// sphere once, and the direction of each pixel is the one of pbrt-v3.
+TEST(EnvironmentCamera, CoversTheSphere) {
+    const Transform worldToCamera = Transform::Rotate(50, {1, 2, 1}) * Transform::Translate({-1, -2, -3});
+    const Point2i resolution{80, 40};
+    const Camera camera = MakeCamera(OfType("environment", worldToCamera), resolution);
+    double area = 0, moments[3][3] = {};
+    Vector3d sum;
+    for (int y = 0; y < resolution.y; ++y)
+        for (int x = 0; x < resolution.x; ++x) {
+            const Point2f film{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
+            const Ray ray = camera.GenerateRay(film, {0.1f, 0.8f});
+            EXPECT_LT(Distance(ray.o, {1, 2, 3}), 1e-6f);
+            EXPECT_NEAR(ray.d.Length(), 1, 1e-6);
+            const Point2f back = camera.WorldToRaster(ray(3));
+            EXPECT_NEAR(back.x, film.x, 1e-3);
+            EXPECT_NEAR(back.y, film.y, 1e-3);
+            const double theta = kPi<double> * (y + 0.5) / resolution.y;
+            const double weight = std::sin(theta) * 2 * Sqr(kPi<double>) / (resolution.x * resolution.y);
+            const Vector3d d(ray.d);
+            area += weight;
+            sum += d * weight;
+            const double v[3] = {d.x, d.y, d.z};
+            for (size_t i = 0; i < 3; ++i)
+                for (size_t j = 0; j < 3; ++j)
+                    moments[i][j] += v[i] * v[j] * weight;
+        }
+    EXPECT_NEAR(area, 4 * kPi<double>, 1e-2);
+    EXPECT_LT(sum.Length(), 1e-4);
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j)
+            EXPECT_NEAR(moments[i][j], i == j ? 4 * kPi<double> / 3 : 0, 1e-2);
+    // Up, and the four sides
+    const Camera plain = MakeCamera(OfType("environment"), {4, 2});
+    EXPECT_LT(Distance(plain.GenerateRay({1, 0}, {}).d, {0, 1, 0}), 1e-6f);
+    EXPECT_LT(Distance(plain.GenerateRay({0, 1}, {}).d, {1, 0, 0}), 1e-6f);
+    EXPECT_LT(Distance(plain.GenerateRay({1, 1}, {}).d, {0, 0, 1}), 1e-6f);
+    EXPECT_LT(Distance(plain.GenerateRay({2, 1}, {}).d, {-1, 0, 0}), 1e-6f);
+    EXPECT_LT(Distance(plain.GenerateRay({3, 1}, {}).d, {0, 0, -1}), 1e-6f);
+    EXPECT_FALSE(plain.HasCameraToScreen());
+}
+
+// Two thin lenses in one: the lensmaker's formula gives the stand-in's focal length, with the film's diagonal its view.
+TEST(RealisticCamera, StandsInWithTheLensesFocalLength) {
+    const std::string path = testing::TempDir() + "cuticle_lens.dat";
+    // Glass of 1.5 between radii of 60 and -30 mm, 4 mm thick, behind it a stop.
+    std::ofstream(path) << "# radius thickness eta aperture\n60 4 1.5 20\n-30 1 1 20\n0 40 0 15 # the stop\n";
+    const double power = 0.5 * (1 / 60. + 1 / 30. - 0.5 * 4 / (1.5 * 60 * 30));
+    Entity entity = OfType("realistic");
+    Param file;
+    file.type = ParamType::String;
+    file.name = "lensfile";
+    file.strings = {path};
+    entity.params.params.push_back(file);
+    Set(&entity, "aperturediameter", {8});
+    Set(&entity, "focusdistance", {2});
+    FlushWarnings();
+    const CameraParameters p = MakeCamera(entity, {300, 400}, 50).Parameters();
+    EXPECT_EQ(FlushWarnings(), 1u);
+    EXPECT_NEAR(p.fov, 2 * std::atan(15 * power) * 180 / kPi<double>, 1e-3);
+    EXPECT_FLOAT_EQ(p.lensRadius, 0.004f);
+    EXPECT_EQ(p.focalDistance, 2);
+    // No file: 50 mm
+    EXPECT_NEAR(MakeCamera(OfType("realistic"), {300, 400}, 50).Parameters().fov,
+                Degrees(2 * std::atan(15 / 50.f)), 1e-3);
+    EXPECT_EQ(FlushWarnings(), 1u);
+}
+
+TEST(Camera, RefusesNonsense) {
     const auto with = [](const std::string &name, std::vector<double> values) {
         Entity entity = Perspective();
         Set(&entity, name, std::move(values));
@@ -143,12 +267,18 @@ TEST(Camera, RefusesNonsenseAndReplacesWhatItCannotRender) {
     } catch (const Error &e) {
         EXPECT_NE(std::string(e.what()).find("\"perspective\""), std::string::npos) << e.what();
     }
-    for (const char *name : {"orthographic", "environment", "realistic"}) {
-        Entity other = Perspective();
-        other.type = name;
+    // What the others read, and a parameter that is not theirs
+    for (const char *name : {"orthographic", "environment"}) {
+        Entity other = OfType(name);
+        for (const char *p :
+             {"lensradius", "focaldistance", "frameaspectratio", "shutteropen", "shutterclose"})
+            Set(&other, p, {1});
         FlushWarnings();
-        EXPECT_EQ(MakeCamera(other, {10, 10}).Parameters().fov, 90);
-        EXPECT_EQ(FlushWarnings(), 1u);
+        MakeCamera(other, {10, 10});
+        EXPECT_EQ(FlushWarnings(), 0u) << name;
+        Set(&other, "fov", {30});
+        MakeCamera(other, {10, 10});
+        EXPECT_EQ(FlushWarnings(), 1u) << name;
     }
 }
 

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/image.h"
 #include "core/sampling.h"
+#include "scene/camera.h"
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <gtest/gtest.h>
@@ -37,12 +38,17 @@ void SetString(ParamSet *params, const std::string &name, const std::string &val
 }
 
 // A map written to a file, since that is how lights get theirs.
-std::unique_ptr<Light> MapLight(const Image &image, const Transform &ctm, const std::string &name,
-                                std::vector<double> L = {1, 1, 1}) {
+LightEntity WithMap(const Image &image, const Transform &ctm, const std::string &name,
+                    const std::string &type) {
     const std::string path = testing::TempDir() + "cuticle_light_" + name + ".exr";
     WriteImage(path, image);
-    LightEntity entity = Named("infinite", ctm);
+    LightEntity entity = Named(type, ctm);
     SetString(&entity.params, "mapname", path);
+    return entity;
+}
+std::unique_ptr<Light> MapLight(const Image &image, const Transform &ctm, const std::string &name,
+                                std::vector<double> L = {1, 1, 1}) {
+    LightEntity entity = WithMap(image, ctm, name, "infinite");
     Set(&entity.params, ParamType::Spectrum, "L", std::move(L));
     return MakeLight(entity, kUnitBound);
 }
@@ -353,6 +359,156 @@ TEST(SpotLight, FallsOffAsInPbrt) {
     }
 }
 
+// --- lights that show a picture --------------------------------------------------------------------------------
+
+// Intensity toward w (unit length) of a light at p, as a surface at distance 3 sees it; a point has one direction, which no
+// other strategy finds.
+Spectrum Intensity(const Light &light, const Point3f &p, const Vector3f &w) {
+    LightSample s;
+    if (!light.Sample_Li(p + w * 3, {0.3f, 0.7f}, &s))
+        return Spectrum(0.f);
+    EXPECT_EQ(s.pdf, 1);
+    EXPECT_TRUE(s.delta && light.IsDelta() && !light.IsInfinite());
+    EXPECT_NEAR(s.distance, 3, 1e-5);
+    EXPECT_LT((s.wi + w).Length(), 1e-5f);
+    EXPECT_EQ(light.Pdf_Li(p + w * 3, s.wi), 0);
+    return s.L * 9;
+}
+
+// pbrt-v3: theta from the light's +y down the rows, phi from +x toward +z along them.
+TEST(GoniometricLight, MapsAreOrientedAsInPbrt) {
+    Image image(4, 2, {"R", "G", "B"});
+    for (int x = 0; x < 4; ++x)
+        for (int y = 0; y < 2; ++y)
+            Paint(&image, x, y, {static_cast<float>(x), static_cast<float>(y), 1});
+    LightEntity entity = WithMap(image, Transform::Translate({1, 2, 3}), "gonio", "goniometric");
+    Set(&entity.params, ParamType::Spectrum, "I", {2, 2, 2});
+    Set(&entity.params, ParamType::Spectrum, "scale", {3, 3, 3});
+    FlushWarnings();
+    const auto light = MakeLight(entity, kUnitBound);
+    EXPECT_EQ(FlushWarnings(), 0u);
+    for (int x = 0; x < 4; ++x)
+        for (int y = 0; y < 2; ++y) {
+            const double theta = kPi<double> * (y + 0.5) / 2, phi = 2 * kPi<double> * (x + 0.5) / 4;
+            const Vector3f w(
+                Vector3d(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)));
+            const Spectrum I = Intensity(*light, {1, 2, 3}, w);
+            EXPECT_NEAR(I[0], 6 * x, 1e-4) << x << ", " << y;
+            EXPECT_NEAR(I[1], 6 * y, 1e-4) << x << ", " << y;
+        }
+    // Without a map it is a point light
+    EXPECT_EQ(Intensity(*MakeLight(Named("goniometric"), kUnitBound), {0, 0, 0}, {0, 0.6f, 0.8f}),
+              Spectrum(1.f));
+}
+
+// The picture's row 0 at -y, column 0 at -x; black beyond its borders and behind.
+TEST(ProjectionLight, ThrowsThePictureAlongZ) {
+    for (const bool wide : {true, false}) {
+        Image image(wide ? 4 : 2, wide ? 2 : 4, {"R", "G", "B"});
+        for (int x = 0; x < image.width; ++x)
+            for (int y = 0; y < image.height; ++y)
+                Paint(&image, x, y, {static_cast<float>(x), static_cast<float>(y), 1});
+        LightEntity entity = WithMap(image, Transform(), wide ? "wide" : "tall", "projection");
+        Set(&entity.params, ParamType::Float, "fov", {60});
+        const auto light = MakeLight(entity, kUnitBound);
+        // The shorter side spans the field of view, in steps of a texel's half here
+        const double step = std::tan(kPi<double> / 6) / 2;
+        for (int i = -2 * image.width; i <= 2 * image.width; ++i)
+            for (int j = -2 * image.height; j <= 2 * image.height; ++j) {
+                const double x = (i + 0.25) / 2, y = (j + 0.25) / 2; // in texels from the centre
+                const Vector3f w = Normalize(Vector3f(Vector3d(2 * x * step, 2 * y * step, 1)));
+                const double column = x + image.width / 2. - 0.5, row = y + image.height / 2. - 0.5;
+                const bool inside = std::abs(x) < image.width / 2. && std::abs(y) < image.height / 2.;
+                const Spectrum I = Intensity(*light, {}, w);
+                EXPECT_NEAR(I[2], inside ? 1 : 0, 1e-5) << x << ", " << y;
+                if (inside) {
+                    EXPECT_NEAR(I[0], std::clamp(column, 0., image.width - 1.), 1e-4) << x << ", " << y;
+                    EXPECT_NEAR(I[1], std::clamp(row, 0., image.height - 1.), 1e-4) << x << ", " << y;
+                }
+                EXPECT_TRUE(Intensity(*light, {}, -w).IsBlack());
+            }
+    }
+}
+
+// The power is the integral of the intensity over all directions, whichever way the light is turned.
+TEST(PictureLights, PowerIsTheIntegralOfIntensity) {
+    const Transform turn = Transform::Translate({1, -2, 0.5}) * Transform::Rotate(70, {1, 2, 3});
+    const auto light = [&](const char *type, double fov) {
+        LightEntity entity = WithMap(Sky(24, 16), turn, std::string("power_") + type, type);
+        Set(&entity.params, ParamType::Spectrum, "I", {1, 2, 0.5});
+        if (fov > 0)
+            Set(&entity.params, ParamType::Float, "fov", {fov});
+        return MakeLight(entity, kUnitBound);
+    };
+    const auto check = [&](const Light &l, int fine) {
+        // About the axes of the light's own map, where its cells are those of the grid
+        for (int c = 0; c < 3; ++c) {
+            const double power = IntegrateSphere(24, 16, fine, [&](const Vector3f &w) {
+                return Intensity(l, turn.Point({}), turn.Vector({w.x, w.z, w.y}))[c];
+            });
+            EXPECT_NEAR(l.Power()[c] / power, 1, 0.01) << "channel " << c;
+        }
+    };
+    check(*light("goniometric", 0), 4);
+    // Some ten directions of the grid fall on a texel's side
+    check(*light("projection", 30), 24);
+    check(*light("projection", 120), 8);
+    // A square white picture of 90 degrees is one side of a cube: 4 pi / 6
+    LightEntity white = Named("projection");
+    Set(&white.params, ParamType::Float, "fov", {90});
+    EXPECT_NEAR(MakeLight(white, kUnitBound)->Power()[0], 4 * Pi / 6, 1e-5);
+    EXPECT_NEAR(MakeLight(Named("goniometric"), kUnitBound)->Power()[0], 4 * Pi, 1e-5);
+}
+
+// --- lights where the camera is ----------------------------------------------------------------------------------
+
+// CoordSysTransform "camera" goes to the camera's own space and a named system to where it was named, for lights that have
+// a place, a direction, an axis or a map.
+TEST(LightsInNamedSystems, AreWhereTheyWerePut) {
+    const SceneDescription scene = ParseSceneText(
+        "Scale -1 1 1 LookAt 4 5 6  1 2 0  0 0 1 Camera \"perspective\" \"float fov\" 40\n"
+        "WorldBegin Translate 10 0 0 Rotate 90 0 0 1 CoordinateSystem \"shelf\"\n"
+        "AttributeBegin CoordSysTransform \"camera\" LightSource \"point\"\n"
+        "LightSource \"spot\" \"float coneangle\" 1 \"float conedeltaangle\" 0\n"
+        "LightSource \"distant\" \"point from\" [0 0 0] \"point to\" [0 0 1]\n"
+        "LightSource \"projection\" \"float fov\" 40\n"
+        "Translate 0 0 2 LightSource \"goniometric\" AttributeEnd\n"
+        "AttributeBegin CoordSysTransform \"world\" CoordSysTransform \"shelf\" Translate 1 0 0\n"
+        "LightSource \"point\" AttributeEnd LightSource \"point\" WorldEnd",
+        "test.pbrt");
+    std::vector<std::unique_ptr<Light>> lights;
+    for (const LightEntity &entity : scene.lights)
+        lights.push_back(MakeLight(entity, kUnitBound));
+    const Camera camera = MakeCamera(scene.camera, {64, 64});
+    const Ray axis = camera.GenerateRay({32, 32}, {});
+    const auto position = [](const Light &light, const Point3f &ref) {
+        LightSample s;
+        return light.Sample_Li(ref, {}, &s) ? ref + s.wi * s.distance : Point3f(1e9f, 0, 0);
+    };
+    const auto distance = [](const Point3f &a, const Point3f &b) { return (a - b).Length(); };
+    EXPECT_LT(distance(position(*lights[0], {7, 8, 9}), {4, 5, 6}), 1e-5f);
+    // What lies on the camera's axis is in the spot's narrow cone, what lies two degrees beside is not
+    EXPECT_LT(distance(position(*lights[1], axis(5)), {4, 5, 6}), 1e-5f);
+    LightSample s;
+    EXPECT_FALSE(lights[1]->Sample_Li(camera.GenerateRay({32, 35}, {})(5), {}, &s));
+    ASSERT_TRUE(lights[2]->Sample_Li({}, {}, &s));
+    EXPECT_LT((s.wi + axis.d).Length(), 1e-5f);
+    // The projector lights what the camera sees: just inside and just outside of the picture's corners
+    for (const float x : {0.f, 64.f})
+        for (const float y : {0.f, 64.f}) {
+            const float in = 0.5f, out = -0.5f;
+            const auto lit = [&](float d) {
+                return lights[3]->Sample_Li(
+                    camera.GenerateRay({x + (x == 0 ? d : -d), y + (y == 0 ? d : -d)}, {})(9), {}, &s);
+            };
+            EXPECT_TRUE(lit(in)) << x << ", " << y;
+            EXPECT_FALSE(lit(out)) << x << ", " << y;
+        }
+    EXPECT_LT(distance(position(*lights[4], {1, 1, 1}), axis(2)), 1e-5f);
+    EXPECT_LT(distance(position(*lights[5], {1, 1, 1}), {10, 1, 0}), 1e-5f);
+    EXPECT_LT(distance(position(*lights[6], {1, 1, 1}), {10, 0, 0}), 1e-5f); // AttributeEnd restores
+}
+
 // --- area lights -----------------------------------------------------------------------------------------------
 
 std::unique_ptr<DiffuseAreaLight> AreaLight(const SolidSet *solids, uint32_t id, bool twoSided = false) {
@@ -508,19 +664,9 @@ TEST(LightSampler, ChoosesByPowerWithAFloor) {
 // --- names and nonsense ----------------------------------------------------------------------------------------
 
 TEST(MakeLight, NamesAreKnownReplacedOrRefused) {
-    for (const char *name : {"infinite", "exinfinite", "distant", "point", "spot"})
+    for (const char *name :
+         {"infinite", "exinfinite", "distant", "point", "spot", "goniometric", "projection"})
         EXPECT_TRUE(MakeLight(Named(name), kUnitBound)) << name;
-    for (const char *name : {"goniometric", "projection"}) {
-        LightEntity entity = Named(name);
-        Set(&entity.params, ParamType::Spectrum, "I", {3, 3, 3});
-        SetString(&entity.params, "mapname", "no_such_file.exr");
-        FlushWarnings();
-        const auto light = MakeLight(entity, kUnitBound);
-        EXPECT_EQ(FlushWarnings(), 1u);
-        LightSample s;
-        ASSERT_TRUE(light->Sample_Li({0, 0, 1}, {}, &s));
-        EXPECT_EQ(s.L, Spectrum(3.f));
-    }
     const auto message = [](const LightEntity &entity) -> std::string {
         try {
             MakeLight(entity, kUnitBound);
@@ -530,16 +676,23 @@ TEST(MakeLight, NamesAreKnownReplacedOrRefused) {
         return "";
     };
     EXPECT_NE(message(Named("infinit")).find("\"infinite\""), std::string::npos);
-    LightEntity missing = Named("infinite");
-    SetString(&missing.params, "mapname", "no_such_file.exr");
-    EXPECT_NE(message(missing).find("no_such_file.exr"), std::string::npos);
+    for (const char *name : {"infinite", "goniometric", "projection"}) {
+        LightEntity missing = Named(name);
+        SetString(&missing.params, "mapname", "no_such_file.exr");
+        EXPECT_NE(message(missing).find("no_such_file.exr"), std::string::npos) << name;
+    }
+    for (const double fov : {0., 180., static_cast<double>(kNaN)}) {
+        LightEntity projector = Named("projection");
+        Set(&projector.params, ParamType::Float, "fov", {fov});
+        EXPECT_NE(message(projector).find("fov"), std::string::npos) << fov;
+    }
     for (const char *name : {"distant", "spot"}) {
         LightEntity entity = Named(name);
         Set(&entity.params, ParamType::Point3, "from", {1, 2, 3});
         Set(&entity.params, ParamType::Point3, "to", {1, 2, 3});
         EXPECT_NE(message(entity).find("same point"), std::string::npos) << name;
     }
-    for (const char *name : {"infinite", "distant", "point", "spot"})
+    for (const char *name : {"infinite", "distant", "point", "spot", "goniometric", "projection"})
         EXPECT_NE(message(Named(name, Transform::Scale(1, 0, 1))).find("no inverse"), std::string::npos)
             << name;
     LightEntity cone = Named("spot");
@@ -554,7 +707,8 @@ TEST(MakeLight, NamesAreKnownReplacedOrRefused) {
 TEST(MakeLight, NegativeAndUndefinedAmountsAreSetToZeroAloud) {
     const struct {
         const char *light, *parameter;
-    } cases[] = {{"infinite", "L"}, {"distant", "L"}, {"point", "I"}, {"spot", "I"}};
+    } cases[] = {{"infinite", "L"}, {"distant", "L"},     {"point", "I"},
+                 {"spot", "I"},     {"goniometric", "I"}, {"projection", "I"}};
     for (const auto &c : cases)
         for (const double bad : {-1., static_cast<double>(kNaN), static_cast<double>(Infinity)}) {
             LightEntity entity = Named(c.light);

@@ -466,6 +466,18 @@ TEST(Parser, ObjectsAndInstances) {
     EXPECT_EQ(s.shapes[0].objectToWorld, s.instances[1].instanceToWorld); // ObjectEnd restores
 }
 
+// pbrt-v3 does not have them either.
+TEST(Parser, AreaLightsInObjectsAreOneWarning) {
+    const std::string text = World("ObjectBegin \"o\" AreaLightSource \"area\" Shape \"sphere\"\n"
+                                   "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0]\nObjectEnd\n"
+                                   "AreaLightSource \"diffuse\" Shape \"sphere\" ObjectInstance \"o\"");
+    const std::string warning = WarningOf(text);
+    EXPECT_TRUE(Has(warning, "an area light on a shape of an object definition is not rendered")) << warning;
+    const auto s = Parse(text);
+    EXPECT_EQ(s.objects.at(0).shapes.at(0).state.areaLight, -1);
+    EXPECT_EQ(s.shapes.at(0).state.areaLight, 1);
+}
+
 // --- files ------------------------------------------------------------------------------------------------------------------
 
 TEST(Parser, IncludesAreRelativeToTheTopFile) {
