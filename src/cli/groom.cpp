@@ -1,6 +1,7 @@
 // cuticle groom: strands of hair, made or read, written as scene geometry.
 #include "cli/commands.h"
 #include "core/error.h"
+#include "grooms/groom_file.h"
 #include "grooms/hair_file.h"
 #include "grooms/output_file.h"
 #include "grooms/pbrt_writer.h"
@@ -18,7 +19,7 @@ struct GroomArguments {
     std::string kind, style, input, output, mesh;
     std::map<std::string, std::string> values; // groom parameters that were given
     PbrtCurveOptions curves;
-    std::string spline = "catmull-rom", colors = "keep";
+    std::string spline, colors = "keep";
     float width = 0;
     bool skin = false, quiet = false;
 };
@@ -53,7 +54,7 @@ void Report(const GroomArguments &a, const PbrtCurveCounts &counts, uint64_t byt
 std::string HeaderComment(const GroomArguments &a, const GroomParams *params) {
     std::string text = "# Hair as pbrt-v3 curves, written by cuticle groom";
     if (params == nullptr)
-        return text + " from a .hair file, in that file's units.\n";
+        return text + " from a file of strands, in that file's units.\n";
     text += " " + a.kind + (a.kind == "head" ? " --style " + params->style : "");
     for (const GroomParamInfo &info : GroomParamTable())
         if (GroomReads(params->kind, info)) {
@@ -108,23 +109,23 @@ void RunProcedural(const GroomArguments &a) {
 
 void RunFrom(GroomArguments a) {
     const Format format = FormatOf(a.output);
-    if (!a.input.ends_with(".hair"))
-        throw Error("the input \"" + a.input + "\" must be a .hair file");
-    Groom groom = ReadHairFile(a.input);
-    if (a.width > 0) {
-        groom.pointWidths.clear();
-        groom.width = a.width;
-    }
+    Groom groom = ReadGroomFile(a.input, a.width);
     if (a.colors == "ignore") {
         groom.pointColors.clear();
         groom.hasColor = false;
     }
-    a.curves.segments.spline = a.spline == "bspline" ? StrandSpline::BSpline : StrandSpline::CatmullRom;
+    if (!a.spline.empty() && groom.spline == StrandSpline::Bezier)
+        throw Error(a.input + ": the file's curves are cubic; --spline is for files of points");
+    a.curves.segments.spline = StrandSplineByName(a.spline);
     a.curves.colors = a.colors == "keep";
     if (format == Format::Hair) {
+        groom = PointsOnCurves(std::move(groom));
         groom.width *= a.curves.widthScale;
         for (float &w : groom.pointWidths)
             w *= a.curves.widthScale;
+        for (auto &widths : groom.strandWidths)
+            for (float &w : widths)
+                w *= a.curves.widthScale;
         WriteHairFile(a.output, groom);
         if (!a.quiet)
             std::cout << a.output << ": " << groom.StrandCount() << " strands, " << groom.points.size()
@@ -200,15 +201,22 @@ void AddProceduralCommand(CLI::App &groom, const std::string &kind, const std::s
 }
 
 void AddFromCommand(CLI::App &groom) {
-    CLI::App *command = groom.add_subcommand("from", "Read strands from a .hair file");
+    CLI::App *command = groom.add_subcommand("from", "Read strands from a .hair, .tfx or .usda file");
     auto a = std::make_shared<GroomArguments>();
-    command->add_option("input", a->input, "the .hair file (Cem Yuksel's format)")
+    command
+        ->add_option(
+            "input", a->input,
+            "the strands: .hair (Cem Yuksel), .tfx (TressFX 4) or .usda (USD's BasisCurves as text), told "
+            "apart by what they begin with")
         ->required()
-        ->type_name("FILE.hair");
+        ->type_name("FILE");
     AddOutputOptions(*command, a);
-    command->add_option("--spline", a->spline, "through the points, or smoother beside them")
-        ->check(CLI::IsMember({"catmull-rom", "bspline"}))
-        ->capture_default_str();
+    command
+        ->add_option(
+            "--spline", a->spline,
+            "how points are joined: smoothly through them, more smoothly beside them, straight [catmull-rom, "
+            "or what a .usda file says]")
+        ->check(CLI::IsMember(std::vector<std::string>(kStrandSplines.begin(), kStrandSplines.end())));
     command
         ->add_option("--segments", a->curves.segments.segmentsPerStrand,
                      "resample each strand to so many segments of equal length; 0: one per pair of points")
@@ -216,7 +224,7 @@ void AddFromCommand(CLI::App &groom) {
         ->capture_default_str();
     command
         ->add_option("--width", a->width,
-                     "diameter of all hairs, instead of the file's thickness (the file's units)")
+                     "diameter of all hairs, instead of the file's widths (the file's units)")
         ->check(CLI::PositiveNumber);
     command->add_option("--width-scale", a->curves.widthScale, "factor on all widths")
         ->check(CLI::PositiveNumber)
@@ -250,7 +258,7 @@ void AddGroomCommand(CLI::App &app) {
         "The output is geometry without camera and lights: a scene takes it in by Include \"FILE.pbrt.gz\"\n"
         "after its Material \"hair\". Scenes that only Cuticle reads can name a groom directly instead:\n"
         "  Shape \"groom\" \"string style\" \"curly\" \"integer strands\" 30000\n"
-        "  Shape \"hairfile\" \"string filename\" \"straight.hair\"\n"
+        "  Shape \"hairfile\" \"string filename\" \"straight.hair\" # or .tfx, .usda\n"
         "Examples:\n"
         "  cuticle groom head --style curly --strands 50000 --seed 1 -o head.pbrt.gz\n"
         "  cuticle groom from straight.hair -o straight.pbrt.gz");

@@ -6,6 +6,15 @@
 
 namespace cuticle {
 
+std::optional<StrandSpline> StrandSplineByName(std::string_view name) {
+    constexpr std::array<StrandSpline, 3> splines{StrandSpline::CatmullRom, StrandSpline::BSpline,
+                                                  StrandSpline::Linear};
+    for (size_t i = 0; i < splines.size(); ++i)
+        if (kStrandSplines[i] == name)
+            return splines[i];
+    return {};
+}
+
 float Groom::Width(size_t strand, size_t k) const {
     if (!pointWidths.empty())
         return pointWidths[strandOffsets[strand] + k];
@@ -14,6 +23,17 @@ float Groom::Width(size_t strand, size_t k) const {
     const size_t last = PointCount(strand) - 1;
     const float t = last == 0 ? 0.f : static_cast<float>(k) / static_cast<float>(last);
     return Lerp(t, strandWidths[strand][0], strandWidths[strand][1]);
+}
+
+Spectrum Groom::Color(size_t strand, float at) const {
+    if (pointColors.empty() || PointCount(strand) == 0)
+        return color;
+    const size_t last = PointCount(strand) - 1;
+    const float clamped = std::clamp(at, 0.f, static_cast<float>(last));
+    const size_t k = std::min(static_cast<size_t>(clamped), last == 0 ? 0 : last - 1);
+    const Spectrum *c = pointColors.data() + strandOffsets[strand] + k;
+    const float t = clamped - static_cast<float>(k);
+    return last == 0 ? c[0] : c[0] * (1 - t) + c[1] * t;
 }
 
 Spectrum Groom::StrandColor(size_t strand) const {
@@ -42,12 +62,15 @@ void Groom::Append(const Groom &other) {
                    strandWidths.empty() != other.strandWidths.empty() ||
                    pointColors.empty() != other.pointColors.empty()))
         throw Error("grooms that keep widths or colours differently cannot be joined");
+    if (!first && spline != other.spline)
+        throw Error("grooms that join their points differently cannot be joined");
     if (points.size() + other.points.size() > std::numeric_limits<uint32_t>::max())
         throw Error("a groom holds at most 4294967295 points");
     if (first) {
         width = other.width;
         color = other.color;
         hasColor = other.hasColor;
+        spline = other.spline;
     }
     const auto base = static_cast<uint32_t>(points.size());
     for (size_t i = 1; i < other.strandOffsets.size(); ++i)
@@ -83,64 +106,53 @@ void CentripetalTangents(const std::vector<Vector3d> &p, std::vector<double> *st
     (*tangent)[n - 1] = (p[n - 1] - p[n - 2]) * (2 / (*step)[n - 2]) - (*tangent)[n - 2];
 }
 
-// The pieces between the given points, without resampling.
-void PiecesThrough(std::span<const Point3f> points, std::span<const float> widths, StrandSpline spline,
-                   std::vector<BezierSegment> *out) {
-    // Merge coincident neighbours: they have no tangent and carry no length.
-    std::vector<Vector3d> p;
-    std::vector<float> w;
-    std::vector<Point3f> exact;
-    for (size_t i = 0; i < points.size(); ++i) {
-        const Vector3d q(points[i]);
-        if (!p.empty() && !((q - p.back()).LengthSquared() > 0))
-            continue;
-        p.push_back(q);
-        exact.push_back(points[i]);
-        w.push_back(widths[i]);
-    }
-    const size_t n = p.size();
-    if (n < 2)
-        return;
-    const size_t first = out->size();
-    if (spline == StrandSpline::CatmullRom) {
-        std::vector<double> step;
-        std::vector<Vector3d> tangent;
-        CentripetalTangents(p, &step, &tangent);
-        for (size_t i = 0; i + 1 < n; ++i) {
-            BezierSegment s;
-            s.cp[0] = exact[i];
-            s.cp[1] = Point3f(p[i] + tangent[i] * (step[i] / 3));
-            s.cp[2] = Point3f(p[i + 1] - tangent[i + 1] * (step[i] / 3));
-            s.cp[3] = exact[i + 1];
-            s.width[0] = w[i];
-            s.width[1] = w[i + 1];
+// Bezier control points, three to a piece and one more, as they stand; pieces of no extent are left out.
+void PiecesOfControlPoints(std::span<const Point3f> points, std::span<const float> widths,
+                           std::vector<BezierSegment> *out) {
+    for (size_t i = 0; i + 3 < points.size(); i += 3) {
+        const BezierSegment s{{points[i], points[i + 1], points[i + 2], points[i + 3]},
+                              {widths[i], widths[i + 3]},
+                              {static_cast<float>(i), static_cast<float>(i + 3)}};
+        if (!(s.cp[0] == s.cp[1] && s.cp[1] == s.cp[2] && s.cp[2] == s.cp[3]))
             out->push_back(s);
-        }
-        return;
     }
+}
+
+// The points of a strand without those that equal their predecessor, which have no tangent and carry no length.
+struct DistinctPoints {
+    std::vector<Vector3d> p;
+    std::vector<Point3f> exact;
+    std::vector<float> width, at;
+
+    DistinctPoints(std::span<const Point3f> points, std::span<const float> widths) {
+        for (size_t i = 0; i < points.size(); ++i) {
+            const Vector3d q(points[i]);
+            if (!p.empty() && !((q - p.back()).LengthSquared() > 0))
+                continue;
+            p.push_back(q);
+            exact.push_back(points[i]);
+            width.push_back(widths[i]);
+            at.push_back(static_cast<float>(i));
+        }
+    }
+    // The piece from point i to the next, whose inner control points are b and c.
+    BezierSegment Piece(size_t i, const Vector3d &b, const Vector3d &c) const {
+        return {
+            {exact[i], Point3f(b), Point3f(c), exact[i + 1]}, {width[i], width[i + 1]}, {at[i], at[i + 1]}};
+    }
+};
+
+void PiecesOfBSpline(const DistinctPoints &d, std::vector<BezierSegment> *out) {
+    const std::vector<Vector3d> &p = d.p;
+    const size_t n = p.size(), first = out->size();
     // Uniform B-spline by knot insertion; phantom points 2 p_0 - p_1 and 2 p_n - p_(n-1) clamp the ends.
-    const auto at = [&](ptrdiff_t i) {
-        if (i < 0)
-            return p[0] * 2 - p[1];
-        if (i >= static_cast<ptrdiff_t>(n))
-            return p[n - 1] * 2 - p[n - 2];
-        return p[static_cast<size_t>(i)];
+    const auto joint = [&](size_t i) {
+        return i == 0 || i == n - 1 ? d.exact[i] : Point3f((p[i - 1] + p[i] * 4 + p[i + 1]) / 6);
     };
-    const auto joint = [&](ptrdiff_t i) {
-        if (i == 0)
-            return exact[0];
-        if (i == static_cast<ptrdiff_t>(n) - 1)
-            return exact[n - 1];
-        return Point3f((at(i - 1) + at(i) * 4 + at(i + 1)) / 6);
-    };
-    for (ptrdiff_t i = 0; i + 1 < static_cast<ptrdiff_t>(n); ++i) {
-        BezierSegment s;
+    for (size_t i = 0; i + 1 < n; ++i) {
+        BezierSegment s = d.Piece(i, (p[i] * 2 + p[i + 1]) / 3, (p[i] + p[i + 1] * 2) / 3);
         s.cp[0] = joint(i);
-        s.cp[1] = Point3f((at(i) * 2 + at(i + 1)) / 3);
-        s.cp[2] = Point3f((at(i) + at(i + 1) * 2) / 3);
         s.cp[3] = joint(i + 1);
-        s.width[0] = w[static_cast<size_t>(i)];
-        s.width[1] = w[static_cast<size_t>(i) + 1];
         out->push_back(s);
     }
     // A B-spline's joints may coincide where its points zigzag; pieces of no extent carry nothing.
@@ -149,6 +161,31 @@ void PiecesThrough(std::span<const Point3f> points, std::span<const float> width
                                   return s.cp[0] == s.cp[1] && s.cp[1] == s.cp[2] && s.cp[2] == s.cp[3];
                               }),
                out->end());
+}
+
+// The pieces between the given points, without resampling.
+void PiecesThrough(std::span<const Point3f> points, std::span<const float> widths, StrandSpline spline,
+                   std::vector<BezierSegment> *out) {
+    if (spline == StrandSpline::Bezier)
+        return PiecesOfControlPoints(points, widths, out);
+    const DistinctPoints d(points, widths);
+    const std::vector<Vector3d> &p = d.p;
+    const size_t n = p.size();
+    if (n < 2)
+        return;
+    if (spline == StrandSpline::BSpline)
+        return PiecesOfBSpline(d, out);
+    if (spline == StrandSpline::Linear) {
+        for (size_t i = 0; i + 1 < n; ++i)
+            out->push_back(d.Piece(i, (p[i] * 2 + p[i + 1]) / 3, (p[i] + p[i + 1] * 2) / 3));
+        return;
+    }
+    std::vector<double> step;
+    std::vector<Vector3d> tangent;
+    CentripetalTangents(p, &step, &tangent);
+    for (size_t i = 0; i + 1 < n; ++i)
+        out->push_back(
+            d.Piece(i, p[i] + tangent[i] * (step[i] / 3), p[i + 1] - tangent[i + 1] * (step[i] / 3)));
 }
 
 Vector3d EvaluateBezier(const BezierSegment &s, double u) {
@@ -160,9 +197,13 @@ Vector3d EvaluateBezier(const BezierSegment &s, double u) {
 } // namespace
 
 void ResampleStrand(std::span<const Point3f> points, std::span<const float> widths, StrandSpline spline,
-                    int n, std::vector<Point3f> *outPoints, std::vector<float> *outWidths) {
+                    int n, std::vector<Point3f> *outPoints, std::vector<float> *outWidths,
+                    std::vector<float> *outAt) {
     outPoints->clear();
     outWidths->clear();
+    std::vector<float> unasked;
+    std::vector<float> &at = outAt != nullptr ? *outAt : unasked;
+    at.clear();
     if (points.empty() || n < 1)
         return;
     std::vector<BezierSegment> pieces;
@@ -170,6 +211,7 @@ void ResampleStrand(std::span<const Point3f> points, std::span<const float> widt
     if (pieces.empty()) {
         outPoints->assign(static_cast<size_t>(n) + 1, points[0]);
         outWidths->assign(static_cast<size_t>(n) + 1, widths[0]);
+        at.assign(static_cast<size_t>(n) + 1, 0.f);
         return;
     }
     // Arc length by chords of a sixteenth of a piece; its relative error falls with the square of that step.
@@ -183,51 +225,101 @@ void ResampleStrand(std::span<const Point3f> points, std::span<const float> widt
             length.push_back(length.back() + (q - previous).Length());
             previous = q;
         }
-    size_t at = 0;
+    size_t chord = 0;
     for (int i = 0; i <= n; ++i) {
         if (i == 0 || i == n) {
             const BezierSegment &s = i == 0 ? pieces.front() : pieces.back();
             outPoints->push_back(i == 0 ? s.cp[0] : s.cp[3]);
             outWidths->push_back(i == 0 ? s.width[0] : s.width[1]);
+            at.push_back(i == 0 ? s.at[0] : s.at[1]);
             continue;
         }
         const double goal = length.back() * i / n;
-        while (at + 2 < length.size() && length[at + 1] < goal)
-            ++at;
-        const double span = length[at + 1] - length[at];
-        const double f = span > 0 ? std::clamp((goal - length[at]) / span, 0., 1.) : 0.;
-        const double u = (static_cast<double>(at % kSteps) + f) / kSteps;
-        const BezierSegment &s = pieces[at / kSteps];
+        while (chord + 2 < length.size() && length[chord + 1] < goal)
+            ++chord;
+        const double span = length[chord + 1] - length[chord];
+        const double f = span > 0 ? std::clamp((goal - length[chord]) / span, 0., 1.) : 0.;
+        const double u = (static_cast<double>(chord % kSteps) + f) / kSteps;
+        const BezierSegment &s = pieces[chord / kSteps];
         outPoints->push_back(Point3f(EvaluateBezier(s, u)));
         outWidths->push_back(Lerp(static_cast<float>(u), s.width[0], s.width[1]));
+        at.push_back(Lerp(static_cast<float>(u), s.at[0], s.at[1]));
     }
+}
+
+Groom PointsOnCurves(Groom groom) {
+    if (groom.spline != StrandSpline::Bezier)
+        return groom;
+    Groom out;
+    out.width = groom.width;
+    out.color = groom.color;
+    out.hasColor = groom.hasColor;
+    std::vector<BezierSegment> pieces;
+    const auto add = [&](size_t strand, const BezierSegment &s, float u) {
+        out.points.push_back(Point3f(EvaluateBezier(s, static_cast<double>(u))));
+        if (!groom.pointWidths.empty() || !groom.strandWidths.empty())
+            out.pointWidths.push_back(Lerp(u, s.width[0], s.width[1]));
+        if (!groom.pointColors.empty())
+            out.pointColors.push_back(groom.Color(strand, Lerp(u, s.at[0], s.at[1])));
+    };
+    for (size_t strand = 0; strand < groom.StrandCount(); ++strand) {
+        pieces.clear();
+        AppendSegments(groom, strand, {}, &pieces);
+        for (const BezierSegment &s : pieces) {
+            add(strand, s, 0);
+            add(strand, s, 0.5f);
+        }
+        if (pieces.empty())
+            continue;
+        add(strand, pieces.back(), 1);
+        out.strandOffsets.push_back(static_cast<uint32_t>(out.points.size()));
+    }
+    return out;
 }
 
 void AppendSegments(std::span<const Point3f> points, std::span<const float> widths,
                     const SegmentOptions &options, std::vector<BezierSegment> *out) {
-    if (options.segmentsPerStrand <= 0) {
-        PiecesThrough(points, widths, options.spline, out);
-        return;
-    }
+    const StrandSpline spline = options.spline.value_or(StrandSpline::CatmullRom);
+    if (options.segmentsPerStrand <= 0)
+        return PiecesThrough(points, widths, spline, out);
     std::vector<Point3f> p;
-    std::vector<float> w;
-    ResampleStrand(points, widths, options.spline, options.segmentsPerStrand, &p, &w);
+    std::vector<float> w, at;
+    ResampleStrand(points, widths, spline, options.segmentsPerStrand, &p, &w, &at);
+    const size_t first = out->size();
     // The resampled points lie on the wanted curve already, whichever spline made it.
-    PiecesThrough(p, w, StrandSpline::CatmullRom, out);
+    PiecesThrough(p, w, spline == StrandSpline::Linear ? spline : StrandSpline::CatmullRom, out);
+    for (size_t i = first; i < out->size(); ++i)
+        for (float &a : (*out)[i].at)
+            a = at[static_cast<size_t>(a)];
 }
 
 void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &options,
                     std::vector<BezierSegment> *out) {
+    SegmentOptions joined = options;
+    joined.spline = options.spline.value_or(groom.spline);
+    if (joined.spline != groom.spline &&
+        (joined.spline == StrandSpline::Bezier || groom.spline == StrandSpline::Bezier))
+        throw Error(
+            groom.spline == StrandSpline::Bezier
+                ? "these strands are Bezier curves: their control points cannot be joined by another spline"
+                : "the points of these strands are no Bezier control points");
     const std::span<const Point3f> points = groom.Strand(strand);
     if (!groom.pointWidths.empty()) {
         AppendSegments(points, {groom.pointWidths.data() + groom.strandOffsets[strand], points.size()},
-                       options, out);
+                       joined, out);
         return;
     }
     std::vector<float> widths(points.size());
     for (size_t k = 0; k < widths.size(); ++k)
         widths[k] = groom.Width(strand, k);
-    AppendSegments(points, widths, options, out);
+    AppendSegments(points, widths, joined, out);
+}
+
+size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options) {
+    if (options.segmentsPerStrand > 0)
+        return groom.StrandCount() * static_cast<size_t>(options.segmentsPerStrand);
+    const size_t points = groom.points.size(), strands = groom.StrandCount();
+    return points <= strands ? 0 : (points - strands) / (groom.spline == StrandSpline::Bezier ? 3 : 1);
 }
 
 void ForEachSegment(const Groom &groom, const SegmentOptions &options,

@@ -7,10 +7,24 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace cuticle {
+
+// How the points of a strand are joined.
+enum class StrandSpline {
+    CatmullRom, // through all points; tangents by the centripetal parametrisation, which does not overshoot
+    BSpline, // uniform cubic B-spline, clamped to the first and last point: smoother, inside the points' hull
+    Linear,  // straight from point to point
+    Bezier   // points are cubic Bezier control points: 3 n + 1 of them make n pieces
+};
+
+// The splines that may be asked for by name, "catmull-rom", "bspline", "linear"; nothing for any other name.
+inline constexpr std::array<std::string_view, 3> kStrandSplines{"catmull-rom", "bspline", "linear"};
+std::optional<StrandSpline> StrandSplineByName(std::string_view name);
 
 // A set of strands. Every strand is a run of points from root to tip; strand i holds the points
 // [strandOffsets[i], strandOffsets[i + 1]). Lengths are in the units of whoever made it: the procedural grooms
@@ -18,6 +32,7 @@ namespace cuticle {
 struct Groom {
     std::vector<uint32_t> strandOffsets{0};
     std::vector<Point3f> points;
+    StrandSpline spline = StrandSpline::CatmullRom; // what the points are meant for
 
     // Full widths (diameters). pointWidths: one per point, or empty. strandWidths: root and tip of each strand,
     // linear between, or empty. When both are empty all points are `width` wide. At most one of them is filled.
@@ -37,32 +52,31 @@ struct Groom {
     }
     // Width of point k of a strand.
     float Width(size_t strand, size_t k) const;
+    // Colour at a place of a strand that BezierSegment::at gives: linear between the points.
+    Spectrum Color(size_t strand, float at) const;
     // Mean colour over the points of a strand; `color` where there are no colours per point.
     Spectrum StrandColor(size_t strand) const;
     // Of the points, without widths.
     Bounds3f Bounds() const;
-    // Adds the strands of another groom that keeps widths and colours in the same arrays (throws Error otherwise, and
-    // where the points would outgrow 32-bit offsets).
+    // Adds the strands of another groom that keeps widths and colours in the same arrays and joins its points likewise
+    // (throws Error otherwise, and where the points would outgrow 32-bit offsets).
     void Append(const Groom &other);
 };
 
-// How the points of a strand are joined.
-enum class StrandSpline {
-    CatmullRom, // through all points; tangents by the centripetal parametrisation, which does not overshoot
-    BSpline // uniform cubic B-spline, clamped to the first and last point: smoother, inside the points' hull
-};
-
 struct SegmentOptions {
-    StrandSpline spline = StrandSpline::CatmullRom;
+    // Instead of the groom's own; control points of Bezier curves cannot be joined otherwise, nor others as such (Error).
+    std::optional<StrandSpline> spline;
     // 0: one segment between neighbouring points; else every strand is first resampled to this many segments of
     // equal arc length.
     int segmentsPerStrand = 0;
 };
 
-// One cubic Bezier piece of a strand. width: full widths at u = 0 and u = 1, linear between.
+// One cubic Bezier piece of a strand. width: full widths at u = 0 and u = 1, linear between. at: where on the strand its
+// ends lie, counted in points from the root (1.5: midway between the second and the third).
 struct BezierSegment {
     Point3f cp[4];
     float width[2];
+    float at[2];
 };
 
 // Appends the Bezier pieces of one run of points to *out, root to tip. widths: one per point. Pieces join with a
@@ -75,13 +89,22 @@ void AppendSegments(std::span<const Point3f> points, std::span<const float> widt
 void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &options,
                     std::vector<BezierSegment> *out);
 
+// So many pieces come from a groom whose strands all have points and no coincident ones: what to reserve.
+size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options);
+
 // Calls emit(segment, strand) for all pieces of all strands in order.
 void ForEachSegment(const Groom &groom, const SegmentOptions &options,
                     const std::function<void(const BezierSegment &, size_t strand)> &emit);
 
 // n + 1 points at equal arc lengths along the spline through `points`, with widths interpolated along it; n >= 1.
-// The first and the last point stay. A strand of no length gives n + 1 equal points.
+// The first and the last point stay. A strand of no length gives n + 1 equal points. outAt: where on the strand they lie,
+// as BezierSegment::at; may be null.
 void ResampleStrand(std::span<const Point3f> points, std::span<const float> widths, StrandSpline spline,
-                    int n, std::vector<Point3f> *outPoints, std::vector<float> *outWidths);
+                    int n, std::vector<Point3f> *outPoints, std::vector<float> *outWidths,
+                    std::vector<float> *outAt = nullptr);
+
+// The groom for readers that join points by themselves: Bezier control points become two points a piece that lie on the
+// curve; any other groom stays as it is.
+Groom PointsOnCurves(Groom groom);
 
 } // namespace cuticle

@@ -1,18 +1,12 @@
 #include "grooms/hair_file.h"
 
 #include "core/error.h"
+#include "grooms/binary_file.h"
 #include "grooms/output_file.h"
 
-#include <bit>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sys/stat.h>
 
 namespace cuticle {
-
-static_assert(std::endian::native == std::endian::little,
-              "a .hair file is little-endian, and read by memcpy");
 
 namespace {
 
@@ -30,50 +24,35 @@ enum ArrayBit : uint32_t {
     kKnownArrays = 31
 };
 
-template <typename T>
-T Read(std::string_view bytes, size_t offset) {
-    T v;
-    std::memcpy(&v, bytes.data() + offset, sizeof v);
-    return v;
+void CheckTransparency(const BinaryFile &file, size_t start, size_t count) {
+    size_t transparent = 0;
+    for (size_t i = 0; i < count; ++i) {
+        const auto v = file.Read<float>(start + 4 * i);
+        if (!std::isfinite(v))
+            file.Fail(start + 4 * i, "a transparency is not a finite number");
+        transparent += v != 0;
+    }
+    if (transparent > 0)
+        Warning("transparent strands",
+                file.name +
+                    ": the file's transparency is not rendered; its hairs are opaque but for what the "
+                    "material lets through");
 }
-
-[[noreturn]] void Refuse(const std::string &name, const std::string &what) {
-    throw Error(FileLoc{std::make_shared<const std::string>(name)}, what);
-}
-[[noreturn]] void Fail(const std::string &name, size_t byte, const std::string &what) {
-    throw Error(FileLoc{std::make_shared<const std::string>(name)},
-                "byte " + std::to_string(byte) + ": " + what);
-}
-
-// One array of floats; `valid` says which values make sense.
-template <typename Valid>
-void ReadFloats(std::string_view bytes, size_t offset, size_t count, float *out, const std::string &name,
-                const char *what, Valid valid) {
-    if (count == 0)
-        return;
-    std::memcpy(out, bytes.data() + offset, count * sizeof(float));
-    for (size_t i = 0; i < count; ++i)
-        if (!valid(out[i]))
-            Fail(name, offset + i * sizeof(float), std::string(what) + " is " + std::to_string(out[i]));
-}
-
-bool NotNegative(float v) { return v >= 0 && std::isfinite(v); }
-// Points further out than this cannot be squared in binary32; no unit of length makes hair that long.
-bool IsCoordinate(float v) { return std::abs(v) <= 1e18f; }
 
 } // namespace
 
 Groom ParseHairFile(std::string_view bytes, const std::string &name) {
+    const BinaryFile file{bytes, name};
     if (bytes.size() < 4 || bytes.substr(0, 4) != "HAIR")
-        Fail(name, 0, "this is not a .hair file, which begins with the letters HAIR");
+        file.Fail(0, "this is not a .hair file, which begins with the letters HAIR");
     if (bytes.size() < kHeaderBytes)
-        Fail(name, bytes.size(), "the file ends within the header of 128 bytes");
-    const size_t strands = Read<uint32_t>(bytes, kStrandsAt);
-    const size_t points = Read<uint32_t>(bytes, kPointsAt);
-    const uint32_t arrays = Read<uint32_t>(bytes, kArraysAt);
-    const size_t defaultSegments = Read<uint32_t>(bytes, kSegmentsAt);
+        file.Fail(bytes.size(), "the file ends within the header of 128 bytes");
+    const size_t strands = file.Read<uint32_t>(kStrandsAt);
+    const size_t points = file.Read<uint32_t>(kPointsAt);
+    const auto arrays = file.Read<uint32_t>(kArraysAt);
+    const size_t defaultSegments = file.Read<uint32_t>(kSegmentsAt);
     if ((arrays & kHasPoints) == 0)
-        Fail(name, kArraysAt, "the file holds no points");
+        file.Fail(kArraysAt, "the file holds no points");
     if ((arrays & ~static_cast<uint32_t>(kKnownArrays)) != 0)
         Warning(".hair with unknown arrays", name + ": arrays that this reader does not know are left out");
 
@@ -83,11 +62,7 @@ Groom ParseHairFile(std::string_view bytes, const std::string &name) {
         const size_t at = end;
         if ((arrays & bit) == 0)
             return at;
-        if (count * size > bytes.size() - end)
-            Fail(name, bytes.size(),
-                 "the file ends within the " + std::string(what) + ": " + std::to_string(count) +
-                     " of them need " + std::to_string(count * size) + " bytes from byte " +
-                     std::to_string(at));
+        file.NeedArray(at, count, size, what);
         end += count * size;
         return at;
     };
@@ -102,81 +77,61 @@ Groom ParseHairFile(std::string_view bytes, const std::string &name) {
     // With no array of them each strand holds the same number of points, at least one: the points are in the file, so
     // this bounds the strands too.
     if ((arrays & kHasSegments) == 0 && strands * (defaultSegments + 1) != points)
-        Fail(name, kStrandsAt,
-             std::to_string(strands) + " strands of " + std::to_string(defaultSegments) + " segments need " +
-                 std::to_string(strands * (defaultSegments + 1)) + " points, and the header says " +
-                 std::to_string(points));
+        file.Fail(kStrandsAt, std::to_string(strands) + " strands of " + std::to_string(defaultSegments) +
+                                  " segments need " + std::to_string(strands * (defaultSegments + 1)) +
+                                  " points, and the header says " + std::to_string(points));
 
     Groom groom;
     groom.strandOffsets.resize(strands + 1);
     size_t offset = 0;
     for (size_t i = 0; i < strands; ++i) {
         const size_t segments =
-            (arrays & kHasSegments) != 0 ? Read<uint16_t>(bytes, segmentsStart + 2 * i) : defaultSegments;
+            (arrays & kHasSegments) != 0 ? file.Read<uint16_t>(segmentsStart + 2 * i) : defaultSegments;
         offset += segments + 1;
         if (offset > points)
-            Fail(name, (arrays & kHasSegments) != 0 ? segmentsStart + 2 * i : kSegmentsAt,
-                 "strand " + std::to_string(i) + " of " + std::to_string(segments) +
-                     " segments needs point " + std::to_string(offset) + " of " + std::to_string(points));
+            file.Fail((arrays & kHasSegments) != 0 ? segmentsStart + 2 * i : kSegmentsAt,
+                      "strand " + std::to_string(i) + " of " + std::to_string(segments) +
+                          " segments needs point " + std::to_string(offset) + " of " +
+                          std::to_string(points));
         groom.strandOffsets[i + 1] = static_cast<uint32_t>(offset);
     }
     if (offset != points)
-        Fail(name, kPointsAt,
-             "the strands use " + std::to_string(offset) + " points of " + std::to_string(points) + "");
+        file.Fail(kPointsAt,
+                  "the strands use " + std::to_string(offset) + " points of " + std::to_string(points));
 
     groom.points.resize(points);
     static_assert(sizeof(Point3f) == 12 && sizeof(Spectrum) == 12);
-    ReadFloats(bytes, pointsStart, 3 * points, reinterpret_cast<float *>(groom.points.data()), name,
-               "a coordinate", IsCoordinate);
+    file.ReadFloats(pointsStart, 3 * points, reinterpret_cast<float *>(groom.points.data()), "a coordinate",
+                    IsCoordinate);
     if ((arrays & kHasThickness) != 0) {
         groom.pointWidths.resize(points);
-        ReadFloats(bytes, thicknessStart, points, groom.pointWidths.data(), name, "a thickness", NotNegative);
+        file.ReadFloats(thicknessStart, points, groom.pointWidths.data(), "a thickness", IsNotNegative);
     } else {
-        ReadFloats(bytes, kThicknessAt, 1, &groom.width, name, "the thickness", NotNegative);
+        file.ReadFloats(kThicknessAt, 1, &groom.width, "the thickness", IsNotNegative);
     }
-    if ((arrays & kHasTransparency) != 0) {
-        for (size_t i = 0; i < points; ++i)
-            if (!std::isfinite(Read<float>(bytes, transparencyStart + 4 * i)))
-                Fail(name, transparencyStart + 4 * i, "a transparency is not a finite number");
-    } else if (!std::isfinite(Read<float>(bytes, kTransparencyAt))) {
-        Fail(name, kTransparencyAt, "the transparency is not a finite number");
-    }
+    CheckTransparency(file, (arrays & kHasTransparency) != 0 ? transparencyStart : kTransparencyAt,
+                      (arrays & kHasTransparency) != 0 ? points : 1);
     groom.hasColor = true;
     if ((arrays & kHasColors) != 0) {
         groom.pointColors.resize(points);
-        ReadFloats(bytes, colorsStart, 3 * points, reinterpret_cast<float *>(groom.pointColors.data()), name,
-                   "a colour", NotNegative);
+        file.ReadFloats(colorsStart, 3 * points, reinterpret_cast<float *>(groom.pointColors.data()),
+                        "a colour", IsNotNegative);
     } else {
-        ReadFloats(bytes, kColorAt, 3, groom.color.c.data(), name, "the colour", NotNegative);
+        file.ReadFloats(kColorAt, 3, groom.color.c.data(), "the colour", IsNotNegative);
     }
     return groom;
 }
 
-Groom ReadHairFile(const std::string &filename) {
-    struct stat status {};
-    if (stat(filename.c_str(), &status) != 0)
-        Refuse(filename, std::string("cannot read: ") + std::strerror(errno));
-    if (!S_ISREG(status.st_mode))
-        Refuse(filename, "cannot read: not a regular file");
-    // The longest file that its 32-bit counts can describe; read no more, whatever the system says.
-    constexpr uint64_t kLongest = kHeaderBytes + 0xffffffffull * (2 + 12 + 4 + 4 + 12);
-    const auto size = static_cast<uint64_t>(status.st_size);
-    if (size > kLongest)
-        Refuse(filename, "too long for a .hair file");
-    std::ifstream in(filename, std::ios::binary);
-    char magic[4] = {};
-    // Look at the first letters before the rest is read: a wrong file may be huge.
-    if (!in || (size >= 4 && (!in.read(magic, 4) || std::string_view(magic, 4) != "HAIR")))
-        Fail(filename, 0, "this is not a .hair file, which begins with the letters HAIR");
-    std::string bytes(size, '\0');
-    in.seekg(0);
-    in.read(bytes.data(), static_cast<std::streamsize>(size));
-    bytes.resize(static_cast<size_t>(in.gcount()));
-    return ParseHairFile(bytes, filename);
+namespace {
+[[noreturn]] void Refuse(const std::string &name, const std::string &what) {
+    throw Error(FileLoc{std::make_shared<const std::string>(name)}, what);
 }
+} // namespace
 
 void WriteHairFile(const std::string &filename, const Groom &groom) {
     const size_t strands = groom.StrandCount();
+    if (groom.spline == StrandSpline::Bezier)
+        Refuse(filename, "a .hair file holds points on the strands, no Bezier control points");
     if (strands > 0xffffffffull || groom.points.size() > 0xffffffffull)
         Refuse(filename, "a .hair file holds at most 4294967295 strands and points");
     bool sameLength = strands > 0;

@@ -53,7 +53,7 @@ Spectrum HairMaterial::SigmaA(const TexturePoint &point, Float betaN) const {
 
 //> Make the BSDF of the fiber at a point
 void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
-    const TexturePoint point{si.p, si.uv};
+    const TexturePoint point{si.p, si.uv, si.strandColors};
     const Float betaM = betaM_->Evaluate(point), betaN = betaN_->Evaluate(point);
     //> Find the offset $h$ across the fiber from the ribbon's $v$
     // A ribbon's width is the fiber's diameter. In the local frame (x the tangent, z toward the viewer) v grows toward

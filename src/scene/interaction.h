@@ -1,12 +1,18 @@
 // Where a ray met the scene: what materials, lights and the integrator need to know of the place.
 #pragma once
 
+#include "core/color.h"
 #include "core/vecmath.h"
 #include "shapes/curve_set.h"
+
+#include <array>
 
 namespace cuticle {
 
 class Material;
+
+// Of a strand that has colours of its own: linear RGB at u = 0 and u = 1 of one curve segment, linear between.
+using StrandColors = std::array<Spectrum, 2>;
 
 struct SurfaceInteraction {
     Point3f p;
@@ -19,8 +25,9 @@ struct SurfaceInteraction {
     const Material *material = nullptr; // nullptr: pbrt's material "", which light passes
     int light = -1;                     // of an emitter: index of its light in the scene
     bool isCurve = false;
-    CurveOrigin curveOrigin;             // of a curve: tells a new ray what it starts on
-    uint32_t geometryId = 0, primId = 0; // of a solid: see SolidHit
+    CurveOrigin curveOrigin;                    // of a curve: tells a new ray what it starts on
+    const StrandColors *strandColors = nullptr; // of a curve whose strand has colours
+    uint32_t geometryId = 0, primId = 0;        // of a solid: see SolidHit
 };
 
 } // namespace cuticle

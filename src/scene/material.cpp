@@ -11,7 +11,7 @@ namespace {
 using FloatTexture = std::shared_ptr<const Texture<float>>;
 using SpectrumTexture = std::shared_ptr<const Texture<Spectrum>>;
 
-TexturePoint PointOf(const SurfaceInteraction &si) { return {si.p, si.uv}; }
+TexturePoint PointOf(const SurfaceInteraction &si) { return {si.p, si.uv, si.strandColors}; }
 
 // Reflectances and transmittances are clamped to [0, 1] as in pbrt-v3: more would make light from nothing.
 Spectrum Evaluate01(const SpectrumTexture &t, const SurfaceInteraction &si) {

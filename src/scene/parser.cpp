@@ -54,7 +54,7 @@ const PluginNames &Names(PluginKind kind) {
          {"shinymetal"}},
         {"Texture",
          {"constant", "scale", "mix", "imagemap", "checkerboard", "bilerp", "uv", "dots", "fbm", "wrinkled",
-          "marble", "windy", "ptex"},
+          "marble", "windy", "ptex", "strandcolor"},
          {"directionmix"},
          {}},
         {"LightSource",

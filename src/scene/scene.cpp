@@ -1,7 +1,7 @@
 #include "scene/scene.h"
 
 #include "grooms/groom.h"
-#include "grooms/hair_file.h"
+#include "grooms/groom_file.h"
 #include "grooms/head_shape.h"
 #include "grooms/procedural.h"
 #include "scene/parser.h"
@@ -195,31 +195,59 @@ class Scene::Builder {
         }
     }
 
+    // The strands of a file, and how its curves are to be made.
+    static Groom ReadHairFileShape(const ParamSet &p, SegmentOptions *options, float *widthScale) {
+        *widthScale *= p.FindFloat("widthscale", 1);
+        options->segmentsPerStrand = p.FindInt("segments", 0);
+        const float width = p.FindFloat("width", 0);
+        if (p.Find("width") && !(width > 0))
+            throw Error(p.loc, "\"width\" must be positive; without it the file's widths are used");
+        Groom groom = ReadGroomFile(Filename(p), width);
+        if (const std::string name = p.FindString("spline", ""); !name.empty()) {
+            options->spline = StrandSplineByName(name);
+            if (!options->spline)
+                throw Error(p.loc, "unknown spline \"" + name + "\"." +
+                                       Suggestion(name, kStrandSplines.data(), kStrandSplines.size()));
+            if (groom.spline == StrandSpline::Bezier)
+                throw Error(p.loc, "the file's curves are cubic: \"spline\" is for files of points");
+        }
+        return groom;
+    }
+
     // Strands from a file or a recipe become curve segments of one group.
     void AddGroom(const ShapeEntity &shape, const Transform &toWorld, CurvePool *curves) {
-        const ParamSet &p = shape.params;
-        const auto scale = static_cast<float>(std::cbrt(std::abs(toWorld.Determinant())));
+        auto widthScale = static_cast<float>(std::cbrt(std::abs(toWorld.Determinant())));
+        SegmentOptions options;
+        const Groom groom = shape.type == "hairfile" ? ReadHairFileShape(shape.params, &options, &widthScale)
+                                                     : MakeGroom(ReadGroomParams(shape.params));
+        if (!MaterialOf(shape.state))
+            return;
         const auto group = static_cast<uint32_t>(description_.curveGroups.size());
         description_.curveGroups.push_back({CurveType::Flat, shape.state});
-        const auto add = [&](const BezierSegment &piece, float widthScale) {
+        GroupColors *colors = groom.hasColor ? &scene_.strandColors_[group] : nullptr;
+        std::vector<CurveSegment> &segments = curves->segments;
+        const size_t needed = segments.size() + ExpectedSegments(groom, options);
+        if (needed > segments.capacity()) // exact for one groom, geometric for many
+            segments.reserve(std::max(needed, segments.size() + segments.size() / 2));
+        if (colors) {
+            colors->firstSegment = static_cast<uint32_t>(segments.size());
+            if (groom.pointColors.empty())
+                colors->colors.push_back({groom.color, groom.color});
+            else
+                colors->colors.reserve(ExpectedSegments(groom, options));
+        }
+        ForEachSegment(groom, options, [&](const BezierSegment &piece, size_t strand) {
             CurveSegment segment;
             for (size_t i = 0; i < 4; ++i)
                 segment.cp[i] = toWorld.Point(piece.cp[i]);
             for (size_t i = 0; i < 2; ++i)
                 segment.width[i] = piece.width[i] * widthScale;
             segment.group = group;
-            curves->segments.push_back(segment);
-        };
-        SegmentOptions options;
-        if (shape.type == "hairfile") {
-            const float widthScale = scale * p.FindFloat("widthscale", 1);
-            options.segmentsPerStrand = p.FindInt("segments", 0);
-            ForEachSegment(ReadHairFile(Filename(p)), options,
-                           [&](const BezierSegment &s, size_t) { add(s, widthScale); });
-            return;
-        }
-        const GroomParams params = ReadGroomParams(p);
-        ForEachSegment(MakeGroom(params), options, [&](const BezierSegment &s, size_t) { add(s, scale); });
+            segments.push_back(segment);
+            if (!groom.pointColors.empty())
+                colors->colors.push_back(
+                    {groom.Color(strand, piece.at[0]), groom.Color(strand, piece.at[1])});
+        });
     }
 
     void FinishCurves(CurvePool curves) {
@@ -234,7 +262,9 @@ class Scene::Builder {
                         "curves do not emit",
                         "area lights on curves are not rendered; the curve does not emit");
         }
-        if (anyHidden && curves.ribbonNormals.empty())
+        WarnOfAbsentStrandColors();
+        // Ribbon normals and strand colours go by the segments' numbers, which must stay then
+        if (anyHidden && curves.ribbonNormals.empty() && scene_.strandColors_.empty())
             std::erase_if(curves.segments,
                           [&](const CurveSegment &s) { return !scene_.curveMaterials_[s.group]; });
         scene_.haveCurves_ = !curves.segments.empty();
@@ -251,6 +281,17 @@ class Scene::Builder {
             Warning("curves that cannot be met", std::to_string(dropped) +
                                                      " curve segments have points that are not finite, or "
                                                      "no width, and are left out of the picture");
+    }
+
+    void WarnOfAbsentStrandColors() const {
+        if (!scene_.strandColors_.empty())
+            return;
+        for (const auto *textures : {&description_.floatTextures, &description_.spectrumTextures})
+            for (const TextureEntity &texture : *textures)
+                if (texture.type == "strandcolor")
+                    Warning(texture.params.loc, "no strand has colours",
+                            "no strand of this scene has colours of its own, which Shape \"hairfile\" and "
+                            "\"groom\" can give; the texture's \"default\" is used everywhere");
     }
 
     void MakeLights() {
@@ -292,6 +333,14 @@ Scene::Scene(SceneDescription *description, const SceneOptions &options) {
     Builder(this, description, options).Build();
 }
 
+const StrandColors *Scene::StrandColorsOf(uint32_t group, uint32_t segment) const {
+    const auto found = strandColors_.find(group);
+    if (found == strandColors_.end())
+        return nullptr;
+    const GroupColors &g = found->second;
+    return &g.colors[g.colors.size() == 1 ? 0 : segment - g.firstSegment];
+}
+
 bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
     Ray ray = sceneRay.ray;
     SolidHit solid;
@@ -320,6 +369,7 @@ bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
         si->light = -1;
         si->isCurve = true;
         si->curveOrigin = {curve.segment, curve.u};
+        si->strandColors = strandColors_.empty() ? nullptr : StrandColorsOf(group, curve.segment);
         return true;
     }
     if (!hitSolid)
@@ -338,6 +388,7 @@ bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
     si->material = solidInfos_[solid.shapeId].material;
     si->light = solidInfos_[solid.shapeId].light;
     si->isCurve = false;
+    si->strandColors = nullptr;
     si->geometryId = solid.geometryId;
     si->primId = solid.primId;
     return true;

@@ -10,6 +10,7 @@
 
 #include <memory>
 #include <optional>
+#include <unordered_map>
 #include <vector>
 
 namespace cuticle {
@@ -63,10 +64,18 @@ class Scene {
         const Material *material = nullptr;
         int light = -1;
     };
+    // Colours of a groom's strands, for its run of curve segments; a single one holds for all of them.
+    struct GroupColors {
+        uint32_t firstSegment = 0;
+        std::vector<StrandColors> colors;
+    };
     class Builder;
 
+    const StrandColors *StrandColorsOf(uint32_t group, uint32_t segment) const;
+
     std::vector<std::unique_ptr<Material>> materials_;
-    std::vector<const Material *> curveMaterials_; // by curve group
+    std::vector<const Material *> curveMaterials_;           // by curve group
+    std::unordered_map<uint32_t, GroupColors> strandColors_; // by curve group, of those that have any
     std::vector<SolidInfo> solidInfos_;
     SolidSet solids_;
     bool haveSolids_ = false, haveCurves_ = false;

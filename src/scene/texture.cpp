@@ -300,6 +300,26 @@ class MarbleTexture final : public Texture<Spectrum> {
     int octaves_;
 };
 
+// The colour of the strand, as its groom has it.
+template <class T>
+class StrandColorTexture final : public Texture<T> {
+  public:
+    explicit StrandColorTexture(TexturePtr<T> elsewhere) : elsewhere_(std::move(elsewhere)) {}
+    T Evaluate(const TexturePoint &point) const override {
+        if (!point.strandColors)
+            return elsewhere_->Evaluate(point);
+        const auto &[first, last] = *point.strandColors;
+        const Spectrum color = first * (1 - point.uv.x) + last * point.uv.x;
+        if constexpr (std::is_same_v<T, float>)
+            return color.y();
+        else
+            return color;
+    }
+
+  private:
+    TexturePtr<T> elsewhere_;
+};
+
 enum class ImageWrap { Repeat, Black, Clamp };
 
 // Texels as a texture wants them: decoded, scaled, t upwards.
@@ -459,6 +479,11 @@ TexturePtr<T> MakeMix(const TextureEntity &e, Builder &b) {
 }
 
 template <class T>
+TexturePtr<T> MakeStrandColor(const TextureEntity &e, Builder &b) {
+    return std::make_shared<StrandColorTexture<T>>(Get<T>(b, e.params, "default", 0.5f));
+}
+
+template <class T>
 TexturePtr<T> MakeCheckerboard(const TextureEntity &e, Builder &b) {
     const int dimension = e.params.FindInt("dimension", 2);
     if (dimension != 2 && dimension != 3)
@@ -609,7 +634,7 @@ struct TextureClass {
 };
 
 template <class T>
-constexpr std::array<TextureClass<T>, 13> textureClasses = {{
+constexpr std::array<TextureClass<T>, 14> textureClasses = {{
     {"constant", MakeConstant<T>},
     {"scale", MakeScale<T>},
     {"mix", MakeMix<T>},
@@ -623,6 +648,7 @@ constexpr std::array<TextureClass<T>, 13> textureClasses = {{
     {"wrinkled", MakeWrinkled<T>},
     {"marble", MakeMarble<T>},
     {"ptex", MakePtex<T>},
+    {"strandcolor", MakeStrandColor<T>}, // ours
 }};
 
 template <class T>

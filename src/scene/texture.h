@@ -1,6 +1,7 @@
 // Textures: values of parameters that vary over surfaces.
 #pragma once
 
+#include "scene/interaction.h"
 #include "scene/scene_description.h"
 
 #include <memory>
@@ -9,10 +10,12 @@
 
 namespace cuticle {
 
-// Where a texture is looked up: a point in world space and the surface's (u, v) there.
+// Where a texture is looked up: a point in world space and the surface's (u, v) there; on a strand that has colours,
+// those of its segment.
 struct TexturePoint {
     Point3f p;
     Point2f uv;
+    const StrandColors *strandColors = nullptr;
 };
 
 // T is float or Spectrum. Evaluate() is safe from any number of threads. A coordinate that is NaN gives NaN.
@@ -41,6 +44,9 @@ class ConstantTexture final : public Texture<T> {
 //
 // fbm, windy, wrinkled, marble and dots are made of Perlin's noise with pbrt-v3's values (see noise.h); all octaves of it
 // are summed, for the same reason.
+//
+// Ours beyond pbrt-v3: "strandcolor", the colour that a groom gives the strand at that place (its luminance as a float
+// texture); "default" (0.5) on all other surfaces.
 //
 // Throws Error with the place in the scene file for: an unknown class, mapping or wrap mode; an image that is missing
 // or damaged; octaves below 0 or above 100; uv and marble declared as float, which pbrt-v3 has not either. ptex is one

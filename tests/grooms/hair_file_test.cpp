@@ -1,32 +1,18 @@
-#include "core/error.h"
+#include "grooms/groom_file.h"
 #include "grooms/hair_file.h"
 #include "grooms/hash.h"
+#include "strand_files.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
 
 namespace cuticle {
 namespace {
 
 namespace fs = std::filesystem;
 
-// A file name in a fresh folder that goes away with the test.
-class HairFile : public ::testing::Test {
-  protected:
-    void SetUp() override {
-        std::string pattern = (fs::temp_directory_path() / "cuticle-hair-XXXXXX").string();
-        ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-        folder_ = pattern;
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-    std::string Path(const std::string &name) const { return (folder_ / name).string(); }
-    fs::path folder_;
-};
+using HairFile = StrandFiles;
 
 struct Header {
     char magic[4] = {'H', 'A', 'I', 'R'};
@@ -35,11 +21,6 @@ struct Header {
     char info[88] = {};
 };
 static_assert(sizeof(Header) == 128);
-
-template <typename T>
-void Put(std::string *out, const T &v) {
-    out->append(reinterpret_cast<const char *>(&v), sizeof v);
-}
 
 // Two strands of 3 and 2 points with every array.
 std::string Complete() {
@@ -63,12 +44,7 @@ std::string Complete() {
 }
 
 std::string Message(const std::string &bytes) {
-    try {
-        ParseHairFile(bytes, "x.hair");
-    } catch (const Error &e) {
-        return e.what();
-    }
-    return "no error";
+    return MessageOf([&] { ParseHairFile(bytes, "x.hair"); });
 }
 
 TEST_F(HairFile, ReadsEveryArray) {
@@ -171,6 +147,16 @@ TEST_F(HairFile, StrandsMustAddUpToThePoints) {
     EXPECT_NE(Message(s).find("no points"), std::string::npos);
 }
 
+TEST_F(HairFile, OpaqueFilesAreQuietAndTransparentOnesWarn) {
+    ParseHairFile(Complete(), "x.hair");
+    EXPECT_EQ(FlushWarnings(), 0u);
+    std::string s = Complete();
+    const float half = 0.5f;
+    std::memcpy(s.data() + 128 + 4 + 60 + 20, &half, 4);
+    ParseHairFile(s, "x.hair");
+    EXPECT_EQ(FlushWarnings(), 1u);
+}
+
 // Damage of every kind: whatever the bytes, an Error or a groom whose numbers are finite.
 TEST_F(HairFile, RandomDamageNeverGivesBadStrands) {
     size_t errors = 0, grooms = 0;
@@ -200,7 +186,7 @@ TEST_F(HairFile, RandomDamageNeverGivesBadStrands) {
 TEST_F(HairFile, WrittenFilesReadBackBitForBit) {
     Groom uneven = ParseHairFile(Complete(), "x.hair");
     WriteHairFile(Path("a.hair"), uneven);
-    const Groom a = ReadHairFile(Path("a.hair"));
+    const Groom a = ReadGroomFile(Path("a.hair"));
     EXPECT_EQ(a.strandOffsets, uneven.strandOffsets);
     EXPECT_EQ(a.points, uneven.points);
     EXPECT_EQ(a.pointWidths, uneven.pointWidths);
@@ -213,7 +199,7 @@ TEST_F(HairFile, WrittenFilesReadBackBitForBit) {
     even.color = Spectrum(0.1f, 0.6f, 0.9f);
     WriteHairFile(Path("b.hair"), even);
     EXPECT_EQ(fs::file_size(Path("b.hair")), 128u + 4 * 12 + 4 * 4);
-    const Groom b = ReadHairFile(Path("b.hair"));
+    const Groom b = ReadGroomFile(Path("b.hair"));
     EXPECT_EQ(b.points, even.points);
     EXPECT_EQ(b.pointWidths, (std::vector<float>{1, 0.5f, 2, 0}));
     EXPECT_EQ(b.color, even.color);
@@ -233,11 +219,11 @@ TEST_F(HairFile, WritingRefusesWhatTheFormatCannotHold) {
 }
 
 TEST_F(HairFile, WrongFilesAreNamed) {
-    EXPECT_THROW(ReadHairFile(Path("absent.hair")), Error);
-    EXPECT_THROW(ReadHairFile(folder_.string()), Error);
+    EXPECT_THROW(ReadGroomFile(Path("absent.hair")), Error);
+    EXPECT_THROW(ReadGroomFile(folder_.string()), Error);
     std::ofstream(Path("text.hair")) << "WorldBegin\n";
     try {
-        ReadHairFile(Path("text.hair"));
+        ReadGroomFile(Path("text.hair"));
         FAIL() << "text was read as hair";
     } catch (const Error &e) {
         EXPECT_EQ(std::string(e.what()).find(Path("text.hair") + ": error: byte 0"), 0u) << e.what();
@@ -246,15 +232,10 @@ TEST_F(HairFile, WrongFilesAreNamed) {
 
 // A real model of 10,000 strands of 16 points, where it is at hand.
 TEST_F(HairFile, RealModel) {
-    const char *shared = std::getenv("CUTICLE_SHARED_DATA");
-    const fs::path file =
-        (shared != nullptr ? fs::path(shared) : fs::path(CUTICLE_SOURCE_DIR) / "../shared/data") / "hair" /
-        "straight.hair";
-    if (!fs::exists(file)) {
-        std::cout << "straight.hair is not at hand (set CUTICLE_SHARED_DATA); nothing was read\n";
+    const std::optional<std::string> file = RealModel("straight.hair");
+    if (!file)
         return;
-    }
-    const Groom g = ReadHairFile(file.string());
+    const Groom g = ReadGroomFile(*file);
     EXPECT_EQ(g.StrandCount(), 10000u);
     EXPECT_EQ(g.points.size(), 160000u);
     EXPECT_EQ(g.pointColors.size(), 160000u);
@@ -270,7 +251,7 @@ TEST_F(HairFile, RealModel) {
     });
     EXPECT_EQ(segments, 150000u);
     WriteHairFile(Path("copy.hair"), g);
-    EXPECT_EQ(ReadHairFile(Path("copy.hair")).points, g.points);
+    EXPECT_EQ(ReadGroomFile(Path("copy.hair")).points, g.points);
 }
 
 } // namespace
