@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import resource
 import signal
 import subprocess
 import sys
@@ -18,6 +19,16 @@ WorldBegin LightSource "infinite" Material "hair"
 Shape "curve" "point P" [-1 0 0 0 1 0 0 -1 0 1 0 0] "float width" .2
 WorldEnd
 """
+MEMORY = 1 << 30  # of addresses: libraries and threads' stacks too
+
+
+def full_disk():
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
+
+
+def bounded_memory():
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
 class CommandLine(unittest.TestCase):
@@ -37,8 +48,8 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         return run
 
-    def fails(self, *words, says):
-        run = self.run_program(*words)
+    def fails(self, *words, says, **options):
+        run = self.run_program(*words, **options)
         self.assertEqual(run.returncode, 1, f"{words}: {run.stdout} {run.stderr}")
         for text in [says] if isinstance(says, str) else says:
             self.assertIn(text, run.stderr)
@@ -159,6 +170,109 @@ class CommandLine(unittest.TestCase):
         before = (self.path / "a.exr").read_bytes()
         self.fails("render", self.scene(SCENE.replace("WorldEnd", "WrldEnd")), "-o", "a.exr", says="WorldEnd")
         self.assertEqual((self.path / "a.exr").read_bytes(), before)
+
+    def ends_soon(self, text, says, name="bad.pbrt"):
+        """A scene that is refused within a second (two, for the machine may be busy) and in 512 MB."""
+        start = os.times()
+        self.fails("render", self.scene(text, name), says=says, preexec_fn=bounded_memory)
+        end = os.times()
+        self.assertLess(end.children_user + end.children_system - start.children_user - start.children_system, 1.0)
+
+    def test_absurd_scenes_end_soon(self):
+        world = SCENE[:SCENE.index("WorldBegin")] + "WorldBegin\n"
+        self.ends_soon("", "WorldBegin")
+        self.ends_soon(SCENE[:40], "bad.pbrt:")
+        self.ends_soon(world + "AttributeBegin\n" * 1000000, "nested")
+        self.ends_soon(world + "TransformBegin AttributeBegin " * 500000, "nested")
+        self.ends_soon(world + 'ObjectBegin "a"\n' * 1000000, "bad.pbrt:6:1: error:")
+        self.ends_soon(world + 'Shape "sphere" "float radius" ' + "[" * 1000000, "bad.pbrt:5:")
+        self.ends_soon(world + 'Shape "sphere" "float radius" 1e999', "out of range")
+        self.ends_soon(world + 'Shape "sphere" "float radius" ' + "9" * 100, "out of range")
+        self.ends_soon(world + 'Shape "sphere" "float radius" ' + "9" * 1000000, "bad.pbrt:5:")
+        self.ends_soon(world + 'Shape "sphere" ' + "".join(f'"float a{i}" 1\n' for i in range(100000)), "parameters")
+        self.ends_soon(world + 'Texture "t" "float" "wrinkled" "integer octaves" ' + "1" + "0" * 30, "32 bits")
+        for film in ['"integer xresolution" 1000000000', '"integer xresolution" -1', '"integer yresolution" 0']:
+            self.ends_soon(SCENE.replace('Sampler', f'Film "image" {film} Sampler'), "film of")
+        for samples in ["0", "-1", "1000000000000", "2147483647"]:
+            self.ends_soon(SCENE.replace('"integer pixelsamples" 4', f'"integer pixelsamples" {samples}'), "samples")
+        self.ends_soon(world + 'Shape "groom" "integer strands" 1000000000', "strands")
+
+    def test_many_names_take_no_quadratic_time(self):
+        """Each of these is right, or a warning; with 10,000 of a kind a quadratic search would show."""
+        head = SCENE[:SCENE.index("WorldBegin")] + "WorldBegin\n"
+        names = "".join(f'MakeNamedMaterial "material{i}" "string type" "matte"\n' for i in range(10000))
+        unknown = "".join(f'NamedMaterial "matreial{i}" Shape "sphere"\n' for i in range(10000))
+        start = os.times()
+        run = self.ok("render", self.scene(head + names + unknown + "WorldEnd\n"), "-o", "a.exr", "--spp", "1", "--threads", "1")
+        self.assertIn("more of this kind", run.stderr)
+        end = os.times()
+        self.assertLess(end.children_user + end.children_system - start.children_user - start.children_system, 20)
+
+    def test_includes_that_go_round_or_are_no_files(self):
+        self.scene('Include "bad.pbrt"', "other.pbrt")
+        self.ends_soon('Include "bad.pbrt"', "includes itself")
+        self.ends_soon('Include "other.pbrt"', ["other.pbrt:1:", "includes itself"])
+        os.symlink("bad.pbrt", self.path / "link.pbrt")
+        self.ends_soon('Include "link.pbrt"', "includes itself")
+        self.ends_soon('Include "vanished.pbrt"', ["bad.pbrt:1:9: error:", "vanished.pbrt", "No such file"])
+        self.ends_soon('Include "."', ["bad.pbrt:1:9: error:", "folder"])
+        os.mkfifo(self.path / "pipe.pbrt")
+        for suffix in [".exr", ".ply", ".hair", ".spd"]:
+            os.mkfifo(self.path / f"pipe{suffix}")
+        for name in ["pipe.pbrt", "/dev/zero", "/dev/full"]:
+            self.ends_soon(f'Include "{name}"', ["bad.pbrt:1:9: error:", "not a scene file"])
+        for line in ['Shape "plymesh" "string filename" "pipe.ply"', 'Shape "hairfile" "string filename" "pipe.hair"',
+                     'LightSource "infinite" "string mapname" "pipe.exr"', 'Material "matte" "spectrum Kd" "pipe.spd"',
+                     'Texture "t" "color" "imagemap" "string filename" "pipe.exr"']:
+            self.ends_soon(SCENE.replace("WorldEnd", line + "\nWorldEnd"), ["bad.pbrt:6:", "not a"])
+        self.fails("render", "/dev/zero", says="binary")
+        self.fails("render", ".", says="folder")
+
+    def test_damaged_files_name_the_directive(self):
+        rubbish = {"empty": b"", "binary": bytes(range(256)) * 20, "text": b"not this\n" * 100}
+        lines = {".ply": 'Shape "plymesh" "string filename" "FILE"', ".hair": 'Shape "hairfile" "string filename" "FILE"',
+                 ".spd": 'Material "matte" "spectrum Kd" "FILE"'}
+        for suffix in [".exr", ".png", ".pfm", ".tga", ".jpg", ".hdr"]:
+            lines[suffix] = 'LightSource "infinite" "string mapname" "FILE"'
+        for suffix, line in lines.items():
+            for what, content in rubbish.items():
+                file = what + suffix
+                (self.path / file).write_bytes(content)
+                self.ends_soon(SCENE.replace("WorldEnd", line.replace("FILE", file) + "\nWorldEnd"), ["bad.pbrt:6:", file])
+
+    def test_outputs_that_cannot_be(self):
+        before = (self.path / "scene.pbrt").read_text()
+        self.fails("render", "scene.pbrt", "-o", "scene.pbrt", says=".exr or .png")
+        (self.path / "scene.exr").write_text(SCENE)  # a scene with a picture's name
+        self.fails("render", "scene.exr", "-o", "scene.exr", says="overwrite")
+        self.assertEqual((self.path / "scene.exr").read_text(), SCENE)
+        self.fails("render", "scene.pbrt", "-o", "a.exr", "--stats", "scene.pbrt", says="overwrite")
+        self.assertEqual((self.path / "scene.pbrt").read_text(), before)
+        self.fails("render", "scene.pbrt", "-o", "a.exr", "--stats", "a.exr", says="both")
+        self.fails("render", "scene.pbrt", "-o", "a.exr", "--stats", "nowhere/s.json", says="nowhere")
+        self.assertFalse((self.path / "a.exr").exists())
+        (self.path / "folder.exr").mkdir()
+        self.fails("render", "scene.pbrt", "-o", "folder.exr", says="folder")
+        self.fails("render", "scene.pbrt", "-o", "/proc/a.exr", says="/proc")
+        self.fails("groom", "hair-cube", "--strands", "9", "-o", "/proc/a.pbrt", says="/proc")
+        if os.getuid() != 0:  # to root nothing is read-only
+            (self.path / "locked").mkdir(mode=0o500)
+            self.fails("render", "scene.pbrt", "-o", "locked/a.exr", says="cannot be written")
+
+    def test_a_full_disk_leaves_what_was_there(self):
+        """RLIMIT_FSIZE stands for the full disk: a write beyond 200 bytes fails."""
+        big = self.scene(SCENE.replace("20", "100").replace("10", "90"), "big.pbrt")
+        commands = {"a.exr": ["render", big, "-o", "a.exr"], "a.png": ["render", big, "-o", "a.png"],
+                    "a.pbrt": ["groom", "hair-cube", "--strands", "500", "-o", "a.pbrt"],
+                    "a.pbrt.gz": ["groom", "hair-cube", "--strands", "5000", "-o", "a.pbrt.gz"],
+                    "a.hair": ["groom", "hair-cube", "--strands", "500", "-o", "a.hair"]}
+        for name, words in commands.items():
+            for content in [None, b"what was there"]:
+                if content:
+                    (self.path / name).write_bytes(content)
+                self.fails(*words, says=[name, "File too large"], preexec_fn=full_disk)
+                self.assertEqual((self.path / name).read_bytes() if content else (self.path / name).exists(), content or False)
+        self.assertEqual(sorted(f.name for f in self.path.iterdir()), sorted([*commands, "scene.pbrt", "big.pbrt"]))
 
     def test_interrupt_writes_what_there_is(self):
         process = subprocess.Popen([PROGRAM, "render", "scene.pbrt", "--spp", "10000000", "-o", "a.exr"], cwd=self.path,

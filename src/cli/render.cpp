@@ -1,7 +1,9 @@
 // cuticle render: scene in, picture out.
 #include "cli/commands.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "render/renderer.h"
+#include "render/sampler.h"
 #include "scene/scene.h"
 
 #include <nlohmann/json.hpp>
@@ -47,20 +49,35 @@ struct RenderArguments {
     bool quiet = false, strict = false, variance = false, quick = false;
 };
 
-// An output that cannot be written is found before hours are spent on it.
-void CheckOutput(const std::string &filename) {
+// An output that cannot be written is found before hours are spent on it. what: "picture".
+void CheckWritable(const std::string &filename, const std::string &what, const std::string &scene) {
     const std::filesystem::path path(filename);
-    const std::string ending = path.extension().string();
-    if (ending != ".exr" && ending != ".png")
-        throw Error("the picture's name \"" + filename + "\" must end in .exr or .png (option -o)");
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
     std::error_code error;
     if (!std::filesystem::is_directory(folder, error))
-        throw Error("the picture's folder \"" + folder.string() + "\" does not exist");
+        throw Error("the " + what + "'s folder \"" + folder.string() + "\" does not exist");
     if (access(folder.c_str(), W_OK) != 0)
-        throw Error("the picture's folder \"" + folder.string() + "\" cannot be written to");
+        throw Error("the " + what + "'s folder \"" + folder.string() + "\" cannot be written to");
     if (std::filesystem::is_directory(path, error))
-        throw Error("the picture's name \"" + filename + "\" is that of a folder");
+        throw Error("the " + what + "'s name \"" + filename + "\" is that of a folder");
+    if (std::filesystem::equivalent(path, scene, error))
+        throw Error("the " + what + "'s name \"" + filename +
+                    "\" is that of the scene, which it would overwrite");
+}
+
+void CheckOutputs(const std::string &picture, const std::string &stats, const std::string &scene) {
+    const std::string ending = std::filesystem::path(picture).extension().string();
+    if (ending != ".exr" && ending != ".png")
+        throw Error("the picture's name \"" + picture + "\" must end in .exr or .png (option -o)");
+    CheckWritable(picture, "picture", scene);
+    if (stats.empty())
+        return;
+    CheckWritable(stats, "statistics", scene);
+    const auto whole = [](const std::string &name) {
+        return std::filesystem::absolute(name).lexically_normal();
+    };
+    if (whole(stats) == whole(picture))
+        throw Error("the picture and the statistics cannot both be written to \"" + stats + "\"");
 }
 
 void RunRender(const RenderArguments &a) {
@@ -80,7 +97,7 @@ void RunRender(const RenderArguments &a) {
         Warning("output format", "the scene's film asks for \"" + output + "\"; .exr is written instead");
         output = std::filesystem::path(output).replace_extension(".exr").string();
     }
-    CheckOutput(output);
+    CheckOutputs(output, a.stats, a.scene);
 
     start = std::chrono::steady_clock::now();
     SceneOptions sceneOptions;
@@ -159,7 +176,7 @@ void AddRenderCommand(CLI::App &app) {
                   "picture to write, .exr or .png (default: the scene's Film filename, else SCENE.exr)")
         ->type_name("FILE");
     c->add_option("--spp", a->spp, "samples per pixel (default: the scene's Sampler)")
-        ->check(CLI::Range(1, 1 << 24))
+        ->check(CLI::Range(1, kMostSamples))
         ->type_name("N");
     c->add_option("--threads,--nthreads", a->threads,
                   "threads; the picture does not depend on them (default: all cores)")

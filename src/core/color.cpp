@@ -1,10 +1,10 @@
 #include "core/color.h"
 
 #include "core/error.h"
+#include "core/file.h"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <sstream>
 
@@ -246,12 +246,10 @@ Spectrum BlackbodyToRGB(double kelvin, double scale) {
     return SpectrumFromSamples(std::move(lambda), std::move(values)) * static_cast<float>(scale);
 }
 
-Spectrum ReadSPD(const std::string &filename) {
-    std::ifstream in(filename);
-    if (!in)
-        throw Error(filename + ": error: cannot open the spectrum file");
-    FileLoc loc{std::make_shared<const std::string>(filename), 0, 0};
+Spectrum ParseSPD(const std::string &text, const std::string &name) {
+    FileLoc loc{std::make_shared<const std::string>(name), 0, 0};
     std::vector<double> numbers;
+    std::istringstream in(text);
     std::string line;
     while (std::getline(in, line)) {
         ++loc.line;
@@ -270,7 +268,7 @@ Spectrum ReadSPD(const std::string &filename) {
             if (read != word.size() || !std::isfinite(value)) {
                 loc.column = static_cast<uint32_t>(at + 1);
                 throw Error(loc,
-                            "\"" + word +
+                            "\"" + word.substr(0, 40) +
                                 "\" is not a finite number; the file holds wavelengths (nm) and values",
                             whole);
             }
@@ -278,8 +276,6 @@ Spectrum ReadSPD(const std::string &filename) {
             at = line.find_first_not_of(" \t\r,", end);
         }
     }
-    if (in.bad())
-        throw Error(filename + ": error: reading the spectrum file failed");
     if (numbers.empty() || numbers.size() % 2 != 0)
         throw Error(loc, "the file holds " + std::to_string(numbers.size()) +
                              " numbers; pairs of wavelength and value were expected");
@@ -287,6 +283,10 @@ Spectrum ReadSPD(const std::string &filename) {
     for (size_t i = 0; i < numbers.size(); i += 2)
         lambda.push_back(numbers[i]), values.push_back(numbers[i + 1]);
     return SpectrumFromSamples(std::move(lambda), std::move(values));
+}
+
+Spectrum ReadSPD(const std::string &filename) {
+    return ParseSPD(ReadFile(filename, "the spectrum file"), filename);
 }
 
 // IEC 61966-2-1.

@@ -77,6 +77,8 @@ Spectrum BlackbodyToRGB(double kelvin, double scale);
 
 // Reads a .spd text file of "wavelength value" pairs, # comments. Throws Error that names file and line.
 Spectrum ReadSPD(const std::string &filename);
+// The same from text in memory; `name` stands in messages.
+Spectrum ParseSPD(const std::string &text, const std::string &name);
 
 // The sRGB transfer function and its inverse; linear and encoded values nominally in [0, 1].
 float LinearToSRGB(float v);

@@ -21,6 +21,7 @@ struct FileLoc {
 // exits with status 1; a library user catches it.
 class Error : public std::runtime_error {
   public:
+    // Without a place of its own it takes that of the PlaceScope, if there is one.
     explicit Error(const std::string &message);
     // A quoted source line, if given, is added below the message with a caret under the column.
     Error(const FileLoc &loc, const std::string &message, std::string_view sourceLine = {});
@@ -28,6 +29,21 @@ class Error : public std::runtime_error {
 
 // The message of an error that knows no place, without "error: " in front: for a caller who knows it and throws again.
 std::string Reason(const Error &e);
+
+// While it lives, errors and warnings of this thread that know no place of their own are at this one: the directive
+// whose object is being made. Those at a place in another file (a mesh, a groom) say that it was used here. The
+// innermost scope counts.
+class PlaceScope {
+  public:
+    explicit PlaceScope(const FileLoc &loc);
+    ~PlaceScope();
+    PlaceScope(const PlaceScope &) = delete;
+    PlaceScope &operator=(const PlaceScope &) = delete;
+
+  private:
+    FileLoc loc_;
+    const FileLoc *outer_;
+};
 
 // Reports a warning on standard error, once per kind: repeats of one kind are counted and summed up by
 // FlushWarnings(). kind is a short fixed text ("unknown texture class"), message the whole sentence. With strict

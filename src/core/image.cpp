@@ -1,6 +1,7 @@
 #include "core/image.h"
 
 #include "core/error.h"
+#include "core/file.h"
 
 #include <ImathBox.h>
 #include <OpenEXR/Iex.h>
@@ -61,36 +62,6 @@ void CheckReadable(const std::string &filename) {
         if (ext == known)
             return;
     Fail(filename, "image files end in .exr, .pfm, .png, .tga, .hdr, .jpg or .jpeg");
-}
-
-// A descriptor that closes itself.
-struct File {
-    int fd;
-    explicit File(int f) : fd(f) {}
-    ~File() {
-        if (fd >= 0)
-            ::close(fd);
-    }
-    File(const File &) = delete;
-    File &operator=(const File &) = delete;
-};
-
-std::string ReadBytes(const std::string &filename) {
-    const File file(::open(filename.c_str(), O_RDONLY | O_CLOEXEC));
-    if (file.fd < 0)
-        Fail(filename, std::string("cannot open the image: ") + std::strerror(errno));
-    std::string bytes;
-    std::vector<char> buffer(size_t{1} << 20);
-    for (;;) {
-        const ssize_t n = ::read(file.fd, buffer.data(), buffer.size());
-        if (n == 0)
-            return bytes;
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n < 0)
-            Fail(filename, std::string("cannot read the image: ") + std::strerror(errno));
-        bytes.append(buffer.data(), static_cast<size_t>(n));
-    }
 }
 
 // Refuses sizes that have no meaning, and sizes that so short a file cannot hold: a header of a few damaged bytes
@@ -687,7 +658,7 @@ Image DecodeImage(const std::string &filename, const std::string &bytes, bool de
 
 Image ReadImage(const std::string &filename, bool decodeSRGB) {
     CheckReadable(filename);
-    return DecodeImage(filename, ReadBytes(filename), decodeSRGB);
+    return DecodeImage(filename, ReadFile(filename, "the image"), decodeSRGB);
 }
 
 void WriteImage(const std::string &filename, const Image &image) {
@@ -700,66 +671,6 @@ void WriteImage(const std::string &filename, const Image &image) {
         static_cast<size_t>(image.width) * static_cast<size_t>(image.height) * image.channels.size())
         Fail(filename, "the image's data do not fit its size");
     WriteFileAtomically(filename, ext == ".exr" ? EncodeEXR(filename, image) : EncodePNG(filename, image));
-}
-
-void WriteFileAtomically(const std::string &filename, const std::string &bytes) {
-    const auto fail = [&](const char *what, int error) {
-        Fail(filename, std::string(what) + ": " + std::strerror(error));
-    };
-    const auto writeAll = [&](int fd) {
-        for (size_t at = 0; at < bytes.size();) {
-            const ssize_t n = ::write(fd, bytes.data() + at, bytes.size() - at);
-            if (n < 0 && errno == EINTR)
-                continue;
-            if (n < 0)
-                return errno;
-            at += static_cast<size_t>(n);
-        }
-        return 0;
-    };
-
-    // Look at what stands there: a link is followed, a device or pipe is written to and never replaced
-    std::string target = filename;
-    std::error_code ignored;
-    if (std::filesystem::is_symlink(filename, ignored)) {
-        const auto resolved = std::filesystem::weakly_canonical(filename, ignored);
-        if (!ignored)
-            target = resolved.string();
-    }
-    struct stat status {};
-    const bool exists = ::stat(target.c_str(), &status) == 0;
-    if (exists && S_ISDIR(status.st_mode))
-        fail("cannot write", EISDIR);
-    if (exists && !S_ISREG(status.st_mode)) {
-        const File device(::open(target.c_str(), O_WRONLY | O_CLOEXEC));
-        const int error = device.fd < 0 ? errno : writeAll(device.fd);
-        if (error != 0)
-            fail("cannot write", error);
-        return;
-    }
-
-    // Write beside it under a name of our own, then rename; nothing of ours is left behind on failure
-    static std::atomic<unsigned> counter{0};
-    const std::string temporary =
-        target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
-    int error = 0;
-    {
-        File file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-        if (file.fd < 0)
-            fail("cannot create a file in its folder", errno);
-        if (exists) // keeps its permissions; a failure here costs nothing that matters
-            static_cast<void>(!::fchmod(file.fd, status.st_mode & 07777));
-        error = writeAll(file.fd);
-        if (::close(file.fd) != 0 && error == 0)
-            error = errno;
-        file.fd = -1;
-    }
-    if (error == 0 && ::rename(temporary.c_str(), target.c_str()) != 0)
-        error = errno;
-    if (error != 0) {
-        ::unlink(temporary.c_str());
-        fail("cannot write", error);
-    }
 }
 
 } // namespace cuticle

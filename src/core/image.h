@@ -57,8 +57,4 @@ Image DecodeImage(const std::string &filename, const std::string &bytes, bool de
 // written beside its destination and renamed. Throws Error naming the path and the system's reason.
 void WriteImage(const std::string &filename, const Image &image);
 
-// Writes bytes to a temporary file beside `filename` and renames it over it; what stood there before survives any
-// failure. Throws Error naming the path and the system's reason.
-void WriteFileAtomically(const std::string &filename, const std::string &bytes);
-
 } // namespace cuticle

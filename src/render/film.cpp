@@ -46,7 +46,12 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
     if (min_.x >= max_.x || min_.y >= max_.y)
         throw Error(p.loc, "the crop window holds no pixel; give x0 < x1 and y0 < y1 between 0 and 1");
     scale_ = p.FindFloat("scale", 1);
+    // A picture is held in binary32, and so are the samples that the scale multiplies
+    if (!(scale_ > 0 && scale_ <= 1e12))
+        throw Error(p.loc, "the film's \"scale\" must be above 0 and at most 1e12");
     maxLuminance_ = p.FindFloat("maxsampleluminance", Infinity);
+    if (!(maxLuminance_ > 0))
+        throw Error(p.loc, "the film's \"maxsampleluminance\" must be above 0");
     (void)p.FindFloat("diagonal", 35); // of the film in mm: only pbrt-v3's realistic camera uses it
     p.ReportUnused("Film \"image\"");
     pixels_.resize(static_cast<size_t>(max_.x - min_.x) * static_cast<size_t>(max_.y - min_.y));

@@ -9,6 +9,8 @@ namespace {
 constexpr std::string_view kNames[] = {"box", "triangle", "gaussian", "mitchell", "sinc"};
 // Steps of the tables: linear interpolation is then off by less than 2e-6 of the peak for every filter.
 constexpr size_t kSteps = 4096;
+constexpr double kWidest = 1000;       // pixels; rays from farther off the picture have no meaning
+constexpr float kLargestWeight = 1000; // 1.3 for pbrt-v3's filters as they are
 
 double Sinc(double x) {
     x = std::abs(x) * kPi<double>;
@@ -56,8 +58,8 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
     for (int i = 0; i < 2; ++i) {
         Axis &axis = axis_[i];
         axis.radius = static_cast<double>(parameters.radius[i]);
-        if (!(axis.radius > 0 && axis.radius < HUGE_VAL))
-            throw Error("filter " + name + ": its width must be above 0");
+        if (!(axis.radius > 0 && axis.radius <= kWidest))
+            throw Error("filter " + name + ": its width must be above 0 and at most 1000 pixels");
         // Tabulate |g| and integrate g and |g| by the trapezoid rule, which is what the table's straight
         // lines hold.
         std::vector<double> g(kSteps + 1), running(kSteps + 1);
@@ -93,6 +95,8 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
             negative |=
                 Evaluate1D(-axis.radius + 2 * axis.radius / kSteps * static_cast<double>(k), axis.radius) < 0;
     weight_ = negative ? static_cast<float>(absIntegral_ / integral_) : 1;
+    if (!(weight_ <= kLargestWeight))
+        throw Error("filter " + name + ": its negative lobes all but cancel its positive ones");
 }
 
 float Filter::Evaluate(Point2f p) const {
@@ -133,6 +137,7 @@ FilterSample Filter::Sample(Point2f u) const {
 
 Filter MakeFilter(const Entity &entity) {
     const ParamSet &params = entity.params;
+    const PlaceScope here(params.loc);
     const auto *name = std::find(std::begin(kNames), std::end(kNames), entity.type);
     if (name == std::end(kNames))
         throw Error(params.loc, "unknown filter \"" + entity.type + "\"." +

@@ -80,9 +80,10 @@ Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampl
         //<
         //> Perhaps end the path by Russian roulette
         // A path of little throughput lives on with probability 1 - q, and counts for more if it does. The first
-        // bounces are spared: they carry the picture.
+        // bounces are spared: they carry the picture. A path of a thousand bounces is spared no longer, whatever
+        // the scene says: between perfect mirrors it would never end.
         const float strength = (beta * etaScale).MaxComponentValue();
-        if (strength < settings_.rrThreshold && bounces > 3) {
+        if ((strength < settings_.rrThreshold && bounces > 3) || bounces > 1000) {
             const float q = std::max(0.05f, 1 - strength);
             if (sampler.Get1D() < q)
                 break;

@@ -44,13 +44,16 @@ class PixelSampler {
     SamplerKind kind_;
 };
 
+// The most samples per pixel: indices keep eight bits to spare, and no picture needs more.
+constexpr int kMostSamples = 1 << 24;
+
 struct SamplerSetup {
     SamplerKind kind = SamplerKind::LowDiscrepancy;
     int spp = 16;
 };
 // Sampler directives, with pbrt-v3's names and defaults: halton, sobol, 02sequence, lowdiscrepancy,
 // zerotwosequence, maxmindist and stratified (xsamples ysamples) all mean LowDiscrepancy; random means
-// Independent. An unknown name or fewer than 1 sample is an Error.
+// Independent. An unknown name, fewer than 1 sample or more than kMostSamples is an Error.
 SamplerSetup MakeSampler(const Entity &entity);
 
 } // namespace cuticle

@@ -185,7 +185,18 @@ Camera MakeCamera(const Entity &entity, Point2i resolution, float filmDiagonal) 
                     "the camera's transformation has no inverse (a LookAt whose eye is its target, or "
                     "whose up points along the view?)");
     params.ReportUnused("Camera \"" + entity.type + "\"");
-    return {entity.ctm, c, resolution};
+    Camera camera(entity.ctm, c, resolution);
+    // Where numbers are too large or too small for binary32, rays have no direction
+    const auto isUnit = [](const Vector3f &d) { return std::abs(d.LengthSquared() - 1) < 1e-3f; };
+    const Point2f corner(static_cast<float>(resolution.x), static_cast<float>(resolution.y));
+    for (const Point2f p : {Point2f(0, 0), Point2f(corner.x, 0), Point2f(0, corner.y), corner})
+        for (const Point2f lens :
+             {Point2f(0, 0.5f), Point2f(0.5f, 0), Point2f(OneMinusEpsilon, OneMinusEpsilon)})
+            if (const Ray ray = camera.GenerateRay(p, lens); !IsFinite(ray.o) || !isUnit(ray.d))
+                throw Error(params.loc,
+                            "the camera's rays are out of range (its fov, screenwindow, lensradius, "
+                            "focaldistance or transformation is extreme)");
+    return camera;
 }
 
 } // namespace cuticle

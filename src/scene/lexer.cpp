@@ -104,12 +104,16 @@ std::unique_ptr<TextSource> TextSource::FromFile(const std::string &filename, co
     const auto fail = [&](const std::string &what) {
         throw Error(from, "\"" + filename + "\" " + what, fromLine);
     };
-    const FileDescriptor file{open(filename.c_str(), O_RDONLY | O_CLOEXEC)};
+    // Standard input or a pipe may hold a scene; an Include that opens one would wait, perhaps for ever.
+    const bool isIncluded = from.line > 0;
+    const FileDescriptor file{open(filename.c_str(), O_RDONLY | O_CLOEXEC | (isIncluded ? O_NONBLOCK : 0))};
     struct stat status {};
     if (file.fd < 0 || fstat(file.fd, &status) != 0)
         throw Error(from, "cannot open \"" + filename + "\": " + std::strerror(errno), fromLine);
     if (S_ISDIR(status.st_mode))
         fail("is a folder, not a scene file");
+    if (isIncluded && !S_ISREG(status.st_mode))
+        fail("is a device or a pipe, not a scene file");
 
     std::unique_ptr<TextSource> s(new TextSource);
     s->name_ = std::make_shared<const std::string>(filename);
@@ -130,8 +134,11 @@ std::unique_ptr<TextSource> TextSource::FromFile(const std::string &filename, co
     } else { // a pipe or a device: size unknown
         std::array<char, 1 << 16> chunk{};
         ssize_t n = 0;
-        while ((n = read(file.fd, chunk.data(), chunk.size())) > 0)
+        while ((n = read(file.fd, chunk.data(), chunk.size())) > 0) {
             s->unpacked_.append(chunk.data(), static_cast<size_t>(n));
+            if (s->unpacked_[0] != '\x1f' && std::memchr(chunk.data(), 0, static_cast<size_t>(n)))
+                fail("holds binary data, not scene text"); // and may be endless
+        }
         if (n < 0)
             fail(std::string("cannot be read: ") + std::strerror(errno));
         s->begin_ = s->unpacked_.c_str();

@@ -13,13 +13,19 @@ namespace {
 
 // --- reading parameters ----------------------------------------------------------------------------------------
 
-// A light sends no negative and no undefined amounts.
+// What is brighter could leave binary32 when a sharp lobe multiplies it near by. The sun's disk has a radiance of 1e7
+// W/(m^2 sr).
+constexpr float kBrightest = 1e18f;
+
+// A light sends no negative, undefined or absurd amounts.
 Spectrum NonNegative(Spectrum s, const FileLoc &loc, const std::string &what) {
     for (int i = 0; i < 3; ++i)
-        if (!(s[i] >= 0 && s[i] < Infinity)) {
+        if (!(s[i] >= 0 && s[i] <= kBrightest)) {
+            const float used = s[i] > kBrightest && s[i] < Infinity ? kBrightest : 0;
             Warning(loc, "light value out of range",
-                    what + " has the value " + std::to_string(s[i]) + ", which is set to 0");
-            s[i] = 0;
+                    what + " has the value " + std::to_string(s[i]) + ", which is set to " +
+                        (used > 0 ? "1e18" : "0"));
+            s[i] = used;
         }
     return s;
 }
@@ -116,7 +122,7 @@ LightMap::LightMap(const ParamSet &params, const Spectrum &scale, Border border)
         for (int x = 0; x < width_; ++x, ++i) {
             const Spectrum s = image.RGB(x, y) * scale;
             for (int c = 0; c < 3; ++c) {
-                const bool good = s[c] >= 0 && s[c] < Infinity;
+                const bool good = s[c] >= 0 && s[c] <= kBrightest;
                 texels_[i][c] = good ? s[c] : 0;
                 bad += !good;
             }
@@ -124,7 +130,7 @@ LightMap::LightMap(const ParamSet &params, const Spectrum &scale, Border border)
     if (bad > 0)
         Warning(loc, "map values out of range",
                 filename + ": " + std::to_string(bad) +
-                    " values are negative, NaN or infinite, and set to 0");
+                    " values are negative, NaN, infinite or above 1e18, and set to 0");
 }
 
 Spectrum LightMap::MeanOverSphere() const {
@@ -537,6 +543,7 @@ constexpr LightName kLights[] = {
 
 std::unique_ptr<Light> MakeLight(const LightEntity &entity, const Bounds3f &worldBound) {
     std::array<std::string_view, std::size(kLights)> names;
+    const PlaceScope here(entity.params.loc);
     for (size_t i = 0; i < names.size(); ++i) {
         if (kLights[i].name == entity.type)
             return kLights[i].make(entity, worldBound);

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <initializer_list>
+#include <utility>
 
 namespace cuticle {
 
@@ -264,6 +265,7 @@ constexpr size_t kDeepestInclude = 64;
 constexpr size_t kMostIncludes = 100000;
 constexpr size_t kDeepestBlock = 10000;
 constexpr size_t kMostErrors = 1000;
+constexpr size_t kMostParameters = 1000; // of one directive
 
 class Parser {
   public:
@@ -340,6 +342,7 @@ class Parser {
     size_t includes_ = 0;
     // An Include or a .spd file was not there: names may be unknown because of it, which is not said again.
     bool missingFile_ = false;
+    bool unknownMaterial_ = false; // a NamedMaterial that is not has been warned of
     bool inWorld_ = false, done_ = false;
 
     GraphicsState state_;
@@ -747,6 +750,8 @@ void Parser::ReadParam(ParamSet *set) {
             other = std::move(p);
             return;
         }
+    if (set->params.size() >= kMostParameters)
+        Fail(declaration, "more than " + std::to_string(kMostParameters) + " parameters of one directive");
     set->params.push_back(std::move(p));
 }
 
@@ -814,6 +819,7 @@ void Parser::ToSpectrum(Param *p, Spelling spelling, const Token &declaration,
                     missingFile_ = true;
                     Fail(at[i], "cannot open the spectrum file \"" + path + "\": No such file or directory");
                 }
+                const PlaceScope here(lexer().Loc(at[i]));
                 const Spectrum s = ReadSPD(path);
                 it = spectrumFiles_.emplace(path, std::array<double, 3>{s[0], s[1], s[2]}).first;
             }
@@ -824,6 +830,9 @@ void Parser::ToSpectrum(Param *p, Spelling spelling, const Token &declaration,
     case Spelling::Plain:
         break;
     }
+    for (const double v : p->numbers)
+        if (!(std::abs(v) <= FLT_MAX))
+            Fail(declaration, "the colour of \"" + p->name + "\" is out of range (largest 3.4e38)");
 }
 
 // --- directives ----------------------------------------------------------------------------------------------------
@@ -1177,11 +1186,13 @@ void Parser::NamedMaterial(const Token &word) {
     if (it != state_.namedMaterials->end()) {
         state_.material = it->second;
     } else if (!missingFile_) {
-        // Scenes that people share do this, and pbrt-v3 renders them; so it is no Error.
+        // Scenes that people share do this, and pbrt-v3 renders them; so it is no Error. Only the first is told with
+        // the names that it may have meant, which takes time as there are names.
+        const bool isFirst = !std::exchange(unknownMaterial_, true);
         Warning(Loc(t), "unknown named material",
                 "no material " + Quoted(name) +
                     " has been defined here; the current one stays, as in pbrt-v3" +
-                    Suggest(name, {state_.namedMaterials.get()}));
+                    (isFirst ? Suggest(name, {state_.namedMaterials.get()}) : ""));
     }
 }
 

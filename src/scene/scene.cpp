@@ -72,6 +72,7 @@ class Scene::Builder {
 
     void AddShape(const ShapeEntity &shape, const Transform &toWorld, CurvePool *curves) {
         const ParamSet &p = shape.params;
+        const PlaceScope here(p.loc);
         for (const char *name : {"alpha", "shadowalpha"})
             if (const Param *alpha = p.Find(name)) {
                 alpha->used = true;
@@ -181,18 +182,14 @@ class Scene::Builder {
     // The parameters of Shape "groom": the same table as the command line's.
     static GroomParams ReadGroomParams(const ParamSet &p) {
         const std::string kind = p.FindString("kind", "head");
-        try {
-            GroomParams params = MakeGroomParams(kind, p.FindString("style", ""));
-            for (const GroomParamInfo &info : GroomParamTable())
-                if (const Param *given = p.Find(info.name); given && GroomReads(kind, info))
-                    SetGroomParam(&params, info.name,
-                                  std::holds_alternative<int GroomParams::*>(info.member)
-                                      ? static_cast<double>(p.FindInt(info.name, 0))
-                                      : static_cast<double>(p.FindFloat(info.name, 0)));
-            return params;
-        } catch (const Error &e) {
-            throw Error(p.loc, Reason(e)); // the table knows no places in files
-        }
+        GroomParams params = MakeGroomParams(kind, p.FindString("style", ""));
+        for (const GroomParamInfo &info : GroomParamTable())
+            if (const Param *given = p.Find(info.name); given && GroomReads(kind, info))
+                SetGroomParam(&params, info.name,
+                              std::holds_alternative<int GroomParams::*>(info.member)
+                                  ? static_cast<double>(p.FindInt(info.name, 0))
+                                  : static_cast<double>(p.FindFloat(info.name, 0)));
+        return params;
     }
 
     // The strands of a file, and how its curves are to be made.

@@ -6,6 +6,7 @@
 #include "scene/noise.h"
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -130,6 +131,36 @@ class MixTexture final : public Texture<T> {
   private:
     TexturePtr<T> tex1_, tex2_;
     TexturePtr<float> amount_;
+};
+
+bool IsFiniteValue(float v) { return std::isfinite(v); }
+bool IsFiniteValue(const Spectrum &s) { return s.IsFinite(); }
+
+// A scene's texture as others see it: where the numbers of the scene drive a value beyond binary32 it is 0, with one
+// warning at the texture's place. At a point that is not finite itself the value is left alone: such a fault is ours,
+// and is to be seen in the picture's count of lost samples.
+template <class T>
+class FiniteTexture final : public Texture<T> {
+  public:
+    FiniteTexture(TexturePtr<T> texture, const TextureEntity &e)
+        : texture_(std::move(texture)), loc_(e.params.loc), name_(e.name) {}
+    T Evaluate(const TexturePoint &point) const override {
+        const T v = texture_->Evaluate(point);
+        if (IsFiniteValue(v)) [[likely]]
+            return v;
+        if (!IsFinite(point.p) || !std::isfinite(point.uv.x) || !std::isfinite(point.uv.y))
+            return v;
+        if (!warned_.exchange(true))
+            Warning(loc_, "texture value out of range",
+                    "texture \"" + name_ + "\" has values that are not finite, which are set to 0");
+        return T(0);
+    }
+
+  private:
+    TexturePtr<T> texture_;
+    FileLoc loc_;
+    std::string name_;
+    mutable std::atomic<bool> warned_ = false;
 };
 
 // Even and odd cells of the integer lattice. The cell's number is kept in double, where it is exact, and never goes
@@ -503,19 +534,28 @@ TexturePtr<T> MakeCheckerboard(const TextureEntity &e, Builder &b) {
 // The values as pbrt-v3 makes them: sRGB decoding first (of the luminance of a float texture, as there), then the
 // scale; image row 0 is at t = 1.
 template <class T>
-std::shared_ptr<const Texels<T>> MakeTexels(const Image &image, bool gamma, float scale) {
+std::shared_ptr<const Texels<T>> MakeTexels(const Image &image, bool gamma, float scale, const FileLoc &loc) {
     auto texels = std::make_shared<Texels<T>>();
     texels->width = image.width, texels->height = image.height;
     texels->values.reserve(static_cast<size_t>(image.width) * static_cast<size_t>(image.height));
+    size_t bad = 0;
     for (int y = image.height - 1; y >= 0; --y)
         for (int x = 0; x < image.width; ++x) {
             const Spectrum rgb = image.RGB(x, y);
-            const auto decode = [&](float v) { return scale * (gamma ? SRGBToLinear(v) : v); };
+            const auto decode = [&](float v) {
+                const float texel = scale * (gamma ? SRGBToLinear(v) : v);
+                const bool good = std::isfinite(texel);
+                bad += !good;
+                return good ? texel : 0;
+            };
             if constexpr (std::is_same_v<T, float>)
                 texels->values.push_back(decode(rgb.y()));
             else
                 texels->values.push_back({decode(rgb[0]), decode(rgb[1]), decode(rgb[2])});
         }
+    if (bad > 0)
+        Warning(loc, "texels out of range",
+                std::to_string(bad) + " values of the texture's image are NaN or infinite, and set to 0");
     return texels;
 }
 
@@ -548,7 +588,8 @@ TexturePtr<T> MakeImage(const TextureEntity &e, Builder &b) {
     const bool gamma = p.FindBool("gamma", HoldsEncodedValues(filename));
     auto &texels = b.TexelCache<T>()[{filename, gamma, scale}];
     if (!texels)
-        texels = MakeTexels<T>(b.ReadOnce(filename, LocOf(p, "filename")), gamma, scale);
+        texels =
+            MakeTexels<T>(b.ReadOnce(filename, LocOf(p, "filename")), gamma, scale, LocOf(p, "filename"));
     return std::make_shared<ImageTexture<T>>(MakeMapping(e), texels, wrap);
 }
 
@@ -657,7 +698,10 @@ TexturePtr<T> Make(const TextureEntity &e, Builder &b) {
         if (c.name == e.type) {
             TexturePtr<T> texture = c.make(e, b);
             e.params.ReportUnused("Texture \"" + e.type + "\"");
-            return texture;
+            // A constant is what the parser let pass
+            if (dynamic_cast<const ConstantTexture<T> *>(texture.get()))
+                return texture;
+            return std::make_shared<FiniteTexture<T>>(std::move(texture), e);
         }
     std::array<std::string_view, textureClasses<T>.size()> names;
     for (size_t i = 0; i < names.size(); ++i)

@@ -1,12 +1,15 @@
 #include "shapes/ply.h"
 
 #include "core/error.h"
+#include "core/file.h"
 
 #include <bit>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <new>
 #include <optional>
+#include <unistd.h>
 #include <zlib.h>
 
 namespace cuticle {
@@ -19,11 +22,12 @@ class Source {
     Source(std::string_view bytes, std::string name)
         : name_(std::move(name)), at_(bytes.data()), end_(at_ + bytes.size()) {}
     explicit Source(const std::string &filename) : name_(filename), buffer_(1 << 18) {
-        errno = 0;
-        file_ = gzopen(filename.c_str(), "rb");
-        if (!file_)
-            throw Error(filename + ": cannot open (" + (errno ? std::strerror(errno) : "out of memory") +
-                        ")");
+        const int fd = OpenPlainFile(filename, "the PLY file");
+        file_ = gzdopen(fd, "rb");
+        if (!file_) {
+            ::close(fd);
+            throw std::bad_alloc();
+        }
     }
     ~Source() {
         if (file_)
@@ -309,6 +313,7 @@ void ReadVertices(ValueReader &values, Element &element, const Source &source, T
         source.Fail(std::to_string(element.count) + " vertices: more than 4294967294");
     const bool hasN = has[3] && has[4] && has[5], hasUV = has[6] && has[7];
     mesh->p.reserve(CautiousReserve(element.count));
+    uint64_t notFinite = 0;
     for (uint64_t i = 0; i < element.count; ++i) {
         values.SetPlace(&element, i);
         float v[8] = {};
@@ -320,12 +325,22 @@ void ReadVertices(ValueReader &values, Element &element, const Source &source, T
                     v[property.target] = static_cast<float>(value);
             }
         }
+        // Triangles of a point that is not finite are dropped where they are made into a shape
+        bool finite = true;
+        for (size_t k = 3; k < 8; ++k)
+            if (!std::isfinite(v[k]))
+                v[k] = 0, finite = false;
+        notFinite += !finite;
         mesh->p.push_back({v[0], v[1], v[2]});
         if (hasN)
             mesh->n.push_back({v[3], v[4], v[5]});
         if (hasUV)
             mesh->uv.push_back({v[6], v[7]});
     }
+    if (notFinite > 0)
+        Warning("PLY values out of range", source.Name() + ": the normals or texture coordinates of " +
+                                               std::to_string(notFinite) +
+                                               " vertices are not finite, and set to 0");
 }
 
 void ReadFaces(ValueReader &values, Element &element, const Source &source, TriangleMesh *mesh) {

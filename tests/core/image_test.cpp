@@ -1,4 +1,5 @@
 // Pictures in files: what is written is read back; what is damaged is an Error and never a crash.
+#include "core/file.h"
 #include "core/image.h"
 
 #include "core/error.h"

@@ -1,0 +1,52 @@
+// Scene text all the way to a few pixels: whatever the parser lets pass, no sample may be NaN or infinite.
+#include "fuzz/fuzz.h"
+#include "render/renderer.h"
+
+#include <tbb/global_control.h>
+
+using namespace cuticle;
+
+namespace {
+
+// What is legitimate and takes long: recipes of many strands.
+bool TakesLong(const SceneDescription &scene) {
+    const auto isGroom = [](const ShapeEntity &s) { return s.type.starts_with("groom"); };
+    bool found = std::any_of(scene.shapes.begin(), scene.shapes.end(), isGroom);
+    for (const ObjectDefinition &o : scene.objects)
+        found |= std::any_of(o.shapes.begin(), o.shapes.end(), isGroom);
+    return found || scene.instances.size() > 1000;
+}
+
+// The window of 4 x 4 pixels in the middle of the film.
+std::array<float, 4> Middle(const SceneDescription &scene) {
+    const ParamSet &film = scene.film.params;
+    const auto window = [](int resolution, float *crop) {
+        const auto n = static_cast<float>(std::max(1, resolution));
+        crop[0] = std::max(0.f, 0.5f - 2 / n), crop[1] = std::min(1.f, 0.5f + 2 / n);
+    };
+    std::array<float, 4> crop{};
+    window(film.FindInt("xresolution", 1280), &crop[0]);
+    window(film.FindInt("yresolution", 720), &crop[2]);
+    return crop;
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    static const tbb::global_control oneThread(tbb::global_control::max_allowed_parallelism, 1);
+    RenderStats stats;
+    Accepts([&] {
+        SceneDescription description = ParseSceneText(Text(data, size), "fuzz.pbrt");
+        if (TakesLong(description))
+            return;
+        const Scene scene(&description, {});
+        RenderOptions options;
+        options.spp = 2;
+        options.threads = 1;
+        options.progress = false;
+        options.film.crop = Middle(description);
+        Render(description, scene, options, &stats);
+    });
+    Require(stats.nanSamples == 0);
+    return 0;
+}
