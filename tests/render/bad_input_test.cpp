@@ -169,8 +169,9 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
         {"", "LightSource \"spot\" \"point from\" [1 1 1] \"point to\" [1 1 1]", "5:1: error: spot light"},
         {"", "LightSource \"spot\" \"float coneangle\" 3e38", "5:1: error: spot light: coneangle"},
         {"", "LightSource \"infinite\" \"string mapname\" \"nowhere.exr\"",
-         "test.pbrt:5:1: error: \""}, // with the folder's name
-        {"", "LightSource \"infinite\" \"string mapname\" \".\"", "5:1: error: "},
+         "5:24: error: the light's map cannot be used"},
+        {"", "LightSource \"infinite\" \"string mapname\" \".\"",
+         "5:24: error: the light's map cannot be used"},
         // Shapes
         {"", "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 7]",
          "5:1: error: vertex index 7 is out of range"},
@@ -228,8 +229,8 @@ TEST_F(BadInput, IsDrawnWithinBounds) {
          "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"huge.pfm\" \"float scale\" 1e30 " +
              material,
          "test.pbrt:5:35: warning: 5 values"},
-        {"", "LightSource \"infinite\" \"string mapname\" \"nan.pfm\"", "test.pbrt:5:1: warning: "},
-        {"", "LightSource \"infinite\" \"string mapname\" \"huge.pfm\"", "test.pbrt:5:1: warning: "},
+        {"", "LightSource \"infinite\" \"string mapname\" \"nan.pfm\"", "test.pbrt:5:24: warning: "},
+        {"", "LightSource \"infinite\" \"string mapname\" \"huge.pfm\"", "test.pbrt:5:24: warning: "},
         {"", "LightSource \"infinite\" \"rgb L\" [3e38 3e38 3e38]", "test.pbrt:5:1: warning: infinite light"},
         {"", "LightSource \"point\" \"rgb I\" [3e38 -1 3e38] \"rgb scale\" [3e38 3e38 3e38]",
          "test.pbrt:5:1: warning: point light"},
