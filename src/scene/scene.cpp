@@ -1,10 +1,12 @@
 #include "scene/scene.h"
 
+#include "core/error.h"
 #include "grooms/groom.h"
 #include "grooms/groom_file.h"
 #include "grooms/head_shape.h"
 #include "grooms/procedural.h"
 #include "scene/parser.h"
+#include "shapes/loop_subdivision.h"
 #include "shapes/ply.h"
 
 #include <algorithm>
@@ -14,8 +16,7 @@ namespace cuticle {
 namespace {
 
 // Shapes of pbrt-v3 that this version leaves out of the picture.
-constexpr std::string_view kLeftOut[] = {"cone",       "paraboloid", "hyperboloid",
-                                         "loopsubdiv", "nurbs",      "heightfield"};
+constexpr std::string_view kLeftOut[] = {"nurbs"};
 
 } // namespace
 
@@ -103,19 +104,12 @@ class Scene::Builder {
                       bool visible) {
         const ParamSet &p = shape.params;
         SolidSet &solids = scene_.solids_;
-        if (shape.type == "trianglemesh" || shape.type == "plymesh" || shape.type == "groomhead") {
-            TriangleMesh mesh;
-            if (shape.type == "plymesh")
-                mesh = ReadPly(Filename(p));
-            else if (shape.type == "groomhead")
-                mesh = HeadOf(p);
-            else
-                mesh = MeshOf(p);
-            for (Point3f &v : mesh.p)
+        if (std::optional<TriangleMesh> mesh = MakeMesh(shape)) {
+            for (Point3f &v : mesh->p)
                 v = toWorld.Point(v);
-            for (Normal3f &n : mesh.n)
+            for (Normal3f &n : mesh->n)
                 n = Normalize(toWorld.Normal(n));
-            return visible ? solids.AddMesh(std::move(mesh), id, flip ^ toWorld.SwapsHandedness()) : 0;
+            return visible ? solids.AddMesh(std::move(*mesh), id, flip ^ toWorld.SwapsHandedness()) : 0;
         }
         const float phiMax = p.FindFloat("phimax", 360), radius = p.FindFloat("radius", 1);
         if (shape.type == "sphere") {
@@ -129,6 +123,18 @@ class Scene::Builder {
         if (shape.type == "cylinder") {
             const float zMin = p.FindFloat("zmin", -1), zMax = p.FindFloat("zmax", 1);
             return visible ? solids.AddCylinder(toWorld, radius, zMin, zMax, phiMax, id, flip) : 0;
+        }
+        if (shape.type == "cone") {
+            const float height = p.FindFloat("height", 1);
+            return visible ? solids.AddCone(toWorld, radius, height, phiMax, id, flip) : 0;
+        }
+        if (shape.type == "paraboloid") {
+            const float zMin = p.FindFloat("zmin", 0), zMax = p.FindFloat("zmax", 1);
+            return visible ? solids.AddParaboloid(toWorld, radius, zMin, zMax, phiMax, id, flip) : 0;
+        }
+        if (shape.type == "hyperboloid") {
+            const Point3f p1 = p.FindPoint3f("p1", {0, 0, 0}), p2 = p.FindPoint3f("p2", {1, 1, 1});
+            return visible ? solids.AddHyperboloid(toWorld, p1, p2, phiMax, id, flip) : 0;
         }
         const std::span<const std::string_view> names = KnownPlugins(PluginKind::Shape);
         throw Error(p.loc, "unknown shape \"" + shape.type + "\"." +
@@ -148,16 +154,59 @@ class Scene::Builder {
         return {std::move(head.points), std::move(head.normals), {}, std::move(head.indices)};
     }
 
-    static TriangleMesh MeshOf(const ParamSet &p) {
+    // What the shapes that are meshes say, in their own coordinates; nothing for the others.
+    static std::optional<TriangleMesh> MakeMesh(const ShapeEntity &shape) {
+        const ParamSet &p = shape.params;
+        if (shape.type == "trianglemesh")
+            return MeshOf(p);
+        if (shape.type == "plymesh")
+            return ReadPly(Filename(p));
+        if (shape.type == "groomhead")
+            return HeadOf(p);
+        if (shape.type == "heightfield")
+            return HeightFieldOf(p);
+        if (shape.type == "loopsubdiv") {
+            (void)p.FindString("scheme", "loop"); // pbrt-v3 reads it, and knows no other
+            return LoopSubdivide(PointsAndIndices(p, shape.type),
+                                 p.FindInt("nlevels", p.FindInt("levels", 3)));
+        }
+        return {};
+    }
+
+    // pbrt-v3's: nu columns and nv rows of heights over the unit square, two triangles a cell.
+    static TriangleMesh HeightFieldOf(const ParamSet &p) {
+        const int nu = p.FindInt("nu", -1), nv = p.FindInt("nv", -1);
+        const std::vector<float> z = p.FindFloats("Pz");
+        const int64_t expected = int64_t{nu} * nv;
+        if (nu < 2 || nv < 2 || expected != static_cast<int64_t>(z.size()))
+            throw Error(
+                p.loc, "a heightfield needs \"integer nu\" and \"integer nv\" of at least 2, and nu times nv "
+                       "numbers \"float Pz\"; there are " +
+                           std::to_string(z.size()) + " for nu " + std::to_string(nu) + " and nv " +
+                           std::to_string(nv));
+        TriangleMesh mesh;
+        for (int y = 0; y < nv; ++y)
+            for (int x = 0; x < nu; ++x) {
+                const Point2f uv{static_cast<float>(x) / static_cast<float>(nu - 1),
+                                 static_cast<float>(y) / static_cast<float>(nv - 1)};
+                mesh.p.push_back({uv.x, uv.y, z[mesh.p.size()]});
+                mesh.uv.push_back(uv);
+            }
+        const auto width = static_cast<uint32_t>(nu);
+        for (uint32_t y = 0; y + 1 < static_cast<uint32_t>(nv); ++y)
+            for (uint32_t x = 0; x + 1 < width; ++x) {
+                const uint32_t a = y * width + x, b = a + 1, c = b + width, d = a + width;
+                mesh.indices.insert(mesh.indices.end(), {a, b, c, a, c, d});
+            }
+        return mesh;
+    }
+
+    static TriangleMesh PointsAndIndices(const ParamSet &p, const std::string &shape) {
         TriangleMesh mesh;
         mesh.p = p.FindPoint3fs("P");
-        mesh.n = p.FindNormals("N");
-        for (const char *name : {"uv", "st"})
-            if (mesh.uv.empty())
-                mesh.uv = p.FindPoint2fs(name);
         const std::vector<int> indices = p.FindInts("indices");
         if (indices.empty() || mesh.p.empty())
-            throw Error(p.loc, std::string("a trianglemesh needs \"integer indices\" and \"point P\"; ") +
+            throw Error(p.loc, "a " + shape + " needs \"integer indices\" and \"point P\"; " +
                                    (indices.empty() ? "\"indices\"" : "\"P\"") + " is missing or empty");
         for (int i : indices) {
             if (i < 0 || static_cast<size_t>(i) >= mesh.p.size())
@@ -165,6 +214,15 @@ class Scene::Builder {
                                        std::to_string(mesh.p.size()) + " points, counted from 0");
             mesh.indices.push_back(static_cast<uint32_t>(i));
         }
+        return mesh;
+    }
+
+    static TriangleMesh MeshOf(const ParamSet &p) {
+        TriangleMesh mesh = PointsAndIndices(p, "trianglemesh");
+        mesh.n = p.FindNormals("N");
+        for (const char *name : {"uv", "st"})
+            if (mesh.uv.empty())
+                mesh.uv = p.FindPoint2fs(name);
         if (!mesh.uv.empty() && mesh.uv.size() != mesh.p.size()) {
             Warning(p.loc, "wrong number of texture coordinates",
                     "there are " + std::to_string(mesh.uv.size()) + " texture coordinates for " +

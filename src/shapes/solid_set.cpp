@@ -99,14 +99,18 @@ struct Mesh {
     }
 };
 
-enum class QuadricKind { Sphere, Disk, Cylinder };
+enum class QuadricKind { Sphere, Disk, Cylinder, Cone, Paraboloid, Hyperboloid };
 
+// Every quadric but the disk is a surface of revolution, x^2 + y^2 = rho(z) with rho(z) = c0 + c1 z + c2 z^2.
 struct Quadric {
     QuadricKind kind;
     Affine objectToWorld, worldToObject;
-    double radius = 1, innerRadius = 0, height = 0;
+    double radius = 1, innerRadius = 0, height = 0; // of the sphere, the cylinder and the disk
+    double c0 = 0, c1 = 0, c2 = 0;
     double zMin = -1, zMax = 1, phiMax = 2 * kPi<double>;
     double thetaMin = kPi<double>, thetaMax = 0; // of the sphere, at zMin and zMax
+    double v0 = 0, v1 = 1;                       // of the rest: z where v is 0 and 1
+    Vector3d twist0{1, 0, 0}, twist1{1, 0, 0}; // of the hyperboloid: phi = 0 is where these two's mean points
     bool reverseOrientation = false;
     bool empty = false;
     // World radius of a full sphere that is still a sphere in world space, else 0.
@@ -116,6 +120,12 @@ struct Quadric {
     Quadric(QuadricKind k, const Transform &t) : kind(k), objectToWorld(t), worldToObject(t.Inverse()) {
         center = objectToWorld.Point({});
     }
+
+    double Rho(double z) const { return c0 + z * (c1 + z * c2); }
+    double RhoPrime(double z) const { return c1 + 2 * z * c2; }
+    double V(double z) const { return (z - v0) / (v1 - v0); }
+    // Where the sweep begins at height z, as a vector across the axis.
+    Vector3d SweepStart(double z) const { return twist0 + (twist1 - twist0) * V(z); }
 
     bool Clipped(const Vector3d &p) const {
         if (kind != QuadricKind::Disk && (p.z < zMin || p.z > zMax))
@@ -127,49 +137,79 @@ struct Quadric {
         }
         return phiMax < 2 * kPi<double> && Phi(p) > phiMax;
     }
-    static double Phi(const Vector3d &p) {
-        const double phi = std::atan2(p.y, p.x);
+    double Phi(const Vector3d &p) const {
+        double phi;
+        if (kind == QuadricKind::Hyperboloid) {
+            const Vector3d s = SweepStart(p.z);
+            phi = std::atan2(s.x * p.y - s.y * p.x, s.x * p.x + s.y * p.y);
+        } else {
+            phi = std::atan2(p.y, p.x);
+        }
         return phi < 0 ? phi + 2 * kPi<double> : phi;
     }
     // Puts a point that is nearly on the surface onto it.
     Vector3d Refined(const Vector3d &p) const {
-        if (kind == QuadricKind::Disk)
+        switch (kind) {
+        case QuadricKind::Disk:
             return {p.x, p.y, height};
-        if (kind == QuadricKind::Sphere)
+        case QuadricKind::Sphere:
             return p * (radius / p.Length());
-        const double s = radius / std::sqrt(p.x * p.x + p.y * p.y);
-        return {p.x * s, p.y * s, p.z};
+        case QuadricKind::Cylinder: {
+            const double s = radius / std::sqrt(p.x * p.x + p.y * p.y);
+            return {p.x * s, p.y * s, p.z};
+        }
+        default: {
+            // Newton's step along the gradient; at the tip of a cone there is none.
+            const Vector3d g{2 * p.x, 2 * p.y, -RhoPrime(p.z)};
+            const double g2 = g.LengthSquared();
+            return g2 > 0 ? p - g * ((p.x * p.x + p.y * p.y - Rho(p.z)) / g2) : p;
+        }
+        }
+    }
+
+    // Where the line o + t d meets the whole surface, in order; the number of roots.
+    int Roots(const Vector3d &o, const Vector3d &d, double roots[2]) const {
+        if (kind == QuadricKind::Disk) {
+            if (d.z == 0)
+                return 0;
+            roots[0] = (height - o.z) / d.z;
+            return 1;
+        }
+        // a t^2 + 2 b t + c = 0
+        const double a = d.x * d.x + d.y * d.y - c2 * d.z * d.z;
+        const double b = d.x * o.x + d.y * o.y - d.z * RhoPrime(o.z) / 2;
+        const double c = o.x * o.x + o.y * o.y - Rho(o.z);
+        double root; // of b^2 - a c
+        if (b * b > 4 * std::abs(a * c)) {
+            root = std::sqrt(b * b - a * c);
+        } else {
+            // From a far origin b^2 and a c cancel. Measured from the point of the line that is nearest to the
+            // surface in the quadratic form, there is only one term.
+            if (a == 0)
+                return 0;
+            const Vector3d q = o - d * (b / a);
+            const double square = a * (Rho(q.z) - (q.x * q.x + q.y * q.y));
+            if (!(square >= 0))
+                return 0;
+            root = std::sqrt(square);
+        }
+        // The root nearer to the origin is c over a times the other, exact to the last bits even for a ray that
+        // starts on the surface.
+        const double aTimesFar = -b - std::copysign(root, b);
+        roots[0] = aTimesFar != 0 ? c / aTimesFar : 0;
+        if (a == 0)
+            return 1;
+        roots[1] = aTimesFar / a;
+        if (roots[1] < roots[0])
+            std::swap(roots[0], roots[1]);
+        return 2;
     }
 
     // The nearest hit with t in (tMin, tMax), in object space.
     bool Intersect(const Ray &ray, double tMin, double tMax, double *t, Vector3d *pObject) const {
         const Vector3d o = worldToObject.Point(Vector3d(ray.o)), d = worldToObject.Vector(Vector3d(ray.d));
         double roots[2];
-        int n = 0;
-        if (kind == QuadricKind::Disk) {
-            if (d.z != 0)
-                roots[n++] = (height - o.z) / d.z;
-        } else {
-            // Solve a t^2 + 2 b t + c = 0, measured from the point of the ray nearest to the axis or centre,
-            // so that far origins do not cancel: there c is r^2 less the squared distance of the line.
-            const bool sphere = kind == QuadricKind::Sphere;
-            const double a = d.x * d.x + d.y * d.y + (sphere ? d.z * d.z : 0);
-            if (!(a > 0))
-                return false;
-            const double tNear = -(d.x * o.x + d.y * o.y + (sphere ? d.z * o.z : 0)) / a;
-            const Vector3d q = o + d * tNear;
-            const double rest = radius * radius - (q.x * q.x + q.y * q.y + (sphere ? q.z * q.z : 0));
-            if (!(rest >= 0))
-                return false;
-            const double half = std::sqrt(rest / a);
-            // The root nearer to the origin is c / (a times the other one), exact to the last bits even for a
-            // ray that starts on the surface.
-            const double c = o.x * o.x + o.y * o.y + (sphere ? o.z * o.z : 0) - radius * radius;
-            const double far = tNear + std::copysign(half, tNear);
-            const double near = far != 0 ? c / (a * far) : 0;
-            roots[n++] = std::min(near, far);
-            roots[n++] = std::max(near, far);
-        }
+        const int n = Roots(o, d, roots);
         for (int i = 0; i < n; ++i) {
             if (!(roots[i] > tMin && roots[i] < tMax))
                 continue;
@@ -183,13 +223,22 @@ struct Quadric {
         return false;
     }
 
-    // Outward (the disk: +z), in object space.
+    // The side of pbrt-v3's cross product of dpdu and dpdv, in object space and of unit length: outward; of the disk
+    // +z; of a hyperboloid swept downward inward. At the tip of a cone: along its axis.
     Vector3d ObjectNormal(const Vector3d &p) const {
-        if (kind == QuadricKind::Disk)
+        switch (kind) {
+        case QuadricKind::Disk:
             return {0, 0, 1};
-        if (kind == QuadricKind::Sphere)
+        case QuadricKind::Sphere:
             return p / radius;
-        return {p.x / radius, p.y / radius, 0};
+        case QuadricKind::Cylinder:
+            return {p.x / radius, p.y / radius, 0};
+        default: {
+            const Vector3d g{p.x, p.y, -RhoPrime(p.z) / 2};
+            const double length = std::copysign(g.Length(), v1 - v0);
+            return length != 0 ? g / length : Vector3d(0, 0, 1);
+        }
+        }
     }
     // pbrt-v3 flips the cross product of dpdu and dpdv by reverseOrientation ^ transformSwapsHandedness. In
     // world space a mirror turns that product inward, so this is the outward normal, flipped by
@@ -224,13 +273,24 @@ struct Quadric {
             v = (p.z - zMin) / (zMax - zMin);
             dpdv = {0, 0, zMax - zMin};
             break;
+        case QuadricKind::Cone:
+        case QuadricKind::Paraboloid:
+        case QuadricKind::Hyperboloid: {
+            v = V(p.z);
+            // Along the profile r(z), r r' = rho' / 2, and around the axis as the start of the sweep turns.
+            const Vector3d s = SweepStart(p.z), e = twist1 - twist0;
+            const double turn = (s.x * e.y - s.y * e.x) / (s.x * s.x + s.y * s.y);
+            const double along = (v1 - v0) * RhoPrime(p.z) / (2 * r * r);
+            dpdv = {p.x * along - p.y * turn, p.y * along + p.x * turn, v1 - v0};
+            break;
+        }
         }
         hit->uv = {static_cast<float>(std::clamp(Phi(p) / phiMax, 0., 1.)),
                    static_cast<float>(std::clamp(v, 0., 1.))};
         hit->dpdu = Vector3f(objectToWorld.Vector(dpdu));
         hit->dpdv = Vector3f(objectToWorld.Vector(dpdv));
-        // The poles of a sphere, the centre of a disk.
-        if (!(Cross(hit->dpdu, hit->dpdv).LengthSquared() > 0))
+        // The poles of a sphere, the centre of a disk, the tip of a cone.
+        if (!(Cross(hit->dpdu, hit->dpdv).LengthSquared() > 0) || !IsFinite(hit->dpdv))
             CoordinateSystem(hit->n, &hit->dpdu, &hit->dpdv);
     }
     // What the double-precision transformation itself rounds off: matters far from the origin only.
@@ -242,28 +302,61 @@ struct Quadric {
         return {row(objectToWorld.m[0]), row(objectToWorld.m[1]), row(objectToWorld.m[2])};
     }
 
-    double ObjectArea() const {
+    // Where SampleObject's points lie, per object area.
+    double ObjectDensity(const Vector3d &p) const {
         switch (kind) {
         case QuadricKind::Disk:
-            return phiMax / 2 * (radius * radius - innerRadius * innerRadius);
+            return 2 / (phiMax * (radius * radius - innerRadius * innerRadius));
         case QuadricKind::Sphere:
         case QuadricKind::Cylinder:
-            break;
+            return 1 / (phiMax * radius * (zMax - zMin));
+        case QuadricKind::Cone:
+            return 2 / (phiMax * Slant(0) * (zMax - zMin));
+        case QuadricKind::Paraboloid:
+            return 3 * std::abs(c1) / (2 * phiMax * std::abs(Cube(Slant(zMax)) - Cube(Slant(zMin))));
+        case QuadricKind::Hyperboloid:
+            return 1 / (phiMax * Slant(p.z) * (zMax - zMin));
         }
-        return phiMax * radius * (zMax - zMin);
+        return 0;
     }
-    // Uniform over the surface in object space.
-    Vector3d SampleObject(double u0, double u1) const {
-        const double phi = u0 * phiMax;
-        double r = radius, z = Lerp(u1, zMin, zMax);
-        if (kind == QuadricKind::Disk) {
+    static double Cube(double x) { return x * x * x; }
+    // Area per dz and dphi: r sqrt(1 + r'^2).
+    double Slant(double z) const { return std::sqrt(std::max(0., Rho(z) + Sqr(RhoPrime(z) / 2))); }
+    // A point of the surface in object space, uniform over its area; of a hyperboloid, uniform in z and phi instead.
+    // False: where a hyperboloid of two sheets has its gap.
+    bool SampleObject(double u0, double u1, Vector3d *p) const {
+        double phi = u0 * phiMax, r = radius, z = Lerp(u1, zMin, zMax);
+        switch (kind) {
+        case QuadricKind::Disk:
             r = std::sqrt(Lerp(u1, innerRadius * innerRadius, radius * radius));
             z = height;
-        } else if (kind == QuadricKind::Sphere) {
+            break;
+        case QuadricKind::Sphere:
             r = std::sqrt(std::max(0., (radius - z) * (radius + z)));
+            break;
+        case QuadricKind::Cylinder:
+            break;
+        case QuadricKind::Cone: // area grows with the square of the distance from the tip
+            z = zMax * (1 - std::sqrt(1 - u1));
+            r = radius * std::sqrt(1 - u1);
+            break;
+        case QuadricKind::Paraboloid: // area grows with the cube of the slant, whose square is linear in z
+            z = (Sqr(std::cbrt(Lerp(u1, Cube(Slant(zMin)), Cube(Slant(zMax))))) - Sqr(c1 / 2)) / c1;
+            r = std::sqrt(std::max(0., Rho(z)));
+            break;
+        case QuadricKind::Hyperboloid: {
+            const Vector3d s = SweepStart(z);
+            phi += std::atan2(s.y, s.x);
+            if (!(Rho(z) > 0))
+                return false;
+            r = std::sqrt(Rho(z));
+            break;
         }
-        return {r * std::cos(phi), r * std::sin(phi), z};
+        }
+        *p = {r * std::cos(phi), r * std::sin(phi), z};
+        return true;
     }
+    double AreaDensity(const Vector3d &p) const { return ObjectDensity(p) / Stretch(p); }
     // World area per object area at p.
     double Stretch(const Vector3d &p) const {
         Vector3d s, t;
@@ -273,13 +366,15 @@ struct Quadric {
     double WorldArea() const {
         if (empty)
             return 0;
-        // The stretch varies over the surface unless the transformation is a similarity; midpoint rule.
+        // The mean of 1 / density over the samples; midpoint rule.
         constexpr int kSteps = 64;
         double sum = 0;
+        Vector3d p;
         for (int i = 0; i < kSteps; ++i)
             for (int j = 0; j < kSteps; ++j)
-                sum += Stretch(SampleObject((i + 0.5) / kSteps, (j + 0.5) / kSteps));
-        return ObjectArea() * sum / (kSteps * kSteps);
+                if (SampleObject((i + 0.5) / kSteps, (j + 0.5) / kSteps, &p))
+                    sum += 1 / AreaDensity(p);
+        return sum / (kSteps * kSteps);
     }
     // 1 - cos of half the angle that the sphere subtends from ref; 0 unless ref is outside a full sphere.
     double ConeSize(const Point3f &ref) const {
@@ -288,6 +383,15 @@ struct Quadric {
             return 0;
         const double sin2 = r2 / d2;
         return sin2 / (1 + std::sqrt(1 - sin2));
+    }
+
+    double MaxRadius() const {
+        if (kind == QuadricKind::Disk)
+            return radius;
+        double rho = std::max(Rho(zMin), Rho(zMax));
+        if (const double z = -c1 / (2 * c2); z > zMin && z < zMax)
+            rho = std::max(rho, Rho(z));
+        return std::sqrt(std::max(rho, 0.));
     }
 
     Bounds3f WorldBounds() const {
@@ -299,9 +403,9 @@ struct Quadric {
             b.Extend(Point3f(center - r));
             b.Extend(Point3f(center + r));
         } else {
+            const double r = MaxRadius();
             for (int i = 0; i < 8; ++i)
-                b.Extend(Point3f(objectToWorld.Point(
-                    {i & 1 ? radius : -radius, i & 2 ? radius : -radius, i & 4 ? z1 : z0})));
+                b.Extend(Point3f(objectToWorld.Point({i & 1 ? r : -r, i & 2 ? r : -r, i & 4 ? z1 : z0})));
         }
         // Outward by what rounding may have cost.
         const Vector3f pad = (Max(Abs(b.pMin), Abs(b.pMax)) + b.Diagonal()) * 1e-6f;
@@ -561,8 +665,9 @@ uint32_t SolidSet::AddMesh(TriangleMesh given, uint32_t shapeId, bool flipNormal
 
 uint32_t SolidSet::Impl::Add(std::unique_ptr<Quadric> quadric, uint32_t shapeId, const char *name) {
     const uint32_t id = NextId();
-    if (!(quadric->ObjectArea() > 0))
-        quadric->empty = true;
+    quadric->empty |= !(quadric->phiMax > 0 && quadric->MaxRadius() > 0 &&
+                        (quadric->kind == QuadricKind::Disk ? quadric->radius > quadric->innerRadius
+                                                            : quadric->zMax > quadric->zMin));
     if (quadric->empty) {
         Warning(std::string("empty ") + name,
                 std::string(name) + ": its parameters leave no surface; nothing is drawn");
@@ -595,6 +700,21 @@ static void RequireFinite(const char *name, const Transform &t, std::initializer
         throw Error(std::string(name) + ": its transformation is not affine (last row of the matrix)");
 }
 
+// pbrt-v3's hyperboloid: the quadric x^2 + y^2 = c0 + c2 z^2 through the circles of b and of a point further along the
+// line from a to b. A point where that has no solution is passed over, as pbrt-v3 does; pbrt-v3 also passes over c0 = 0, for ever.
+static bool ThroughTwoCircles(const Vector3d &a, const Vector3d &b, double *c0, double *c2) {
+    const auto radius2 = [](const Vector3d &p) { return p.x * p.x + p.y * p.y; };
+    Vector3d p = a;
+    for (int i = 0; i < 8; ++i) {
+        p += (b - a) * 2.;
+        *c2 = (radius2(p) - radius2(b)) / (p.z * p.z - b.z * b.z);
+        *c0 = radius2(b) - *c2 * b.z * b.z;
+        if (std::isfinite(*c2) && radius2(p) > 0)
+            return true;
+    }
+    return false;
+}
+
 static double SweepRadians(float phiMax) {
     return static_cast<double>(std::clamp(phiMax, 0.f, 360.f)) * kPi<double> / 180;
 }
@@ -607,6 +727,8 @@ uint32_t SolidSet::AddSphere(const Transform &objectToWorld, float radius, float
     q->zMin = std::clamp(static_cast<double>(std::min(zMin, zMax)), -q->radius, q->radius);
     q->zMax = std::clamp(static_cast<double>(std::max(zMin, zMax)), -q->radius, q->radius);
     q->phiMax = SweepRadians(phiMax);
+    q->c0 = Sqr(q->radius);
+    q->c2 = -1;
     if (q->radius > 0) {
         q->thetaMin = std::acos(q->zMin / q->radius);
         q->thetaMax = std::acos(q->zMax / q->radius);
@@ -644,8 +766,73 @@ uint32_t SolidSet::AddCylinder(const Transform &objectToWorld, float radius, flo
     q->zMin = static_cast<double>(std::min(zMin, zMax));
     q->zMax = static_cast<double>(std::max(zMin, zMax));
     q->phiMax = SweepRadians(phiMax);
+    q->c0 = Sqr(q->radius);
     q->reverseOrientation = reverseOrientation;
     return impl_->Add(std::move(q), shapeId, "cylinder");
+}
+
+uint32_t SolidSet::AddCone(const Transform &objectToWorld, float radius, float height, float phiMax,
+                           uint32_t shapeId, bool reverseOrientation) {
+    RequireFinite("cone", objectToWorld, {radius, height, phiMax});
+    auto q = std::make_unique<Quadric>(QuadricKind::Cone, objectToWorld);
+    q->radius = static_cast<double>(std::max(radius, 0.f));
+    q->zMin = q->v0 = 0;
+    q->zMax = q->v1 = static_cast<double>(std::max(height, 0.f));
+    if (height > 0) {
+        const double slope = q->radius / q->zMax;
+        q->c0 = Sqr(q->radius);
+        q->c1 = -2 * q->radius * slope;
+        q->c2 = Sqr(slope);
+    }
+    q->phiMax = SweepRadians(phiMax);
+    q->reverseOrientation = reverseOrientation;
+    return impl_->Add(std::move(q), shapeId, "cone");
+}
+
+uint32_t SolidSet::AddParaboloid(const Transform &objectToWorld, float radius, float zMin, float zMax,
+                                 float phiMax, uint32_t shapeId, bool reverseOrientation) {
+    RequireFinite("paraboloid", objectToWorld, {radius, zMin, zMax, phiMax});
+    auto q = std::make_unique<Quadric>(QuadricKind::Paraboloid, objectToWorld);
+    q->zMin = q->v0 = static_cast<double>(std::min(zMin, zMax));
+    q->zMax = q->v1 = static_cast<double>(std::max(zMin, zMax));
+    if (q->zMax > 0)
+        q->zMin = std::max(q->zMin, 0.); // where the surface is
+    if (q->zMax != 0)
+        q->c1 = Sqr(static_cast<double>(radius)) / q->zMax;
+    q->phiMax = SweepRadians(phiMax);
+    q->reverseOrientation = reverseOrientation;
+    return impl_->Add(std::move(q), shapeId, "paraboloid");
+}
+
+uint32_t SolidSet::AddHyperboloid(const Transform &objectToWorld, const Point3f &p1, const Point3f &p2,
+                                  float phiMax, uint32_t shapeId, bool reverseOrientation) {
+    RequireFinite("hyperboloid", objectToWorld, {p1.x, p1.y, p1.z, p2.x, p2.y, p2.z, phiMax});
+    auto q = std::make_unique<Quadric>(QuadricKind::Hyperboloid, objectToWorld);
+    // pbrt-v3 swaps them like this, which turns u, v and the normal round.
+    Vector3d a(p1), b(p2);
+    if (p2.z == 0)
+        std::swap(a, b);
+    q->v0 = a.z, q->v1 = b.z;
+    q->zMin = std::min(a.z, b.z);
+    q->zMax = std::max(a.z, b.z);
+    q->twist0 = {a.x, a.y, 0};
+    q->twist1 = {b.x, b.y, 0};
+    q->phiMax = SweepRadians(phiMax);
+    q->reverseOrientation = reverseOrientation;
+    const bool usable = a.z != b.z && std::max(q->twist0.LengthSquared(), q->twist1.LengthSquared()) > 0 &&
+                        ThroughTwoCircles(a, b, &q->c0, &q->c2);
+    q->empty = !usable;
+    // The segment's own sweep has a term in z, unless its middle is its point nearest to the axis.
+    if (usable) {
+        const double middle = (a.z + b.z) / 2;
+        const double swept = q->SweepStart(middle).LengthSquared(), drawn = q->Rho(middle);
+        if (std::abs(swept - drawn) > 1e-4 * std::max(swept, std::abs(drawn)))
+            Warning(
+                "hyperboloid that is not swept",
+                "hyperboloid: the segment from p1 to p2, turned about the axis, is not symmetric in z, which "
+                "pbrt-v3's equation is; drawn is pbrt-v3's surface, not the segment's");
+    }
+    return impl_->Add(std::move(q), shapeId, "hyperboloid");
 }
 
 void SolidSet::Commit() {
@@ -760,12 +947,14 @@ bool SolidSet::Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample
         const Quadric &q = *g.quadric;
         if (q.empty)
             return false;
-        const Vector3d p = q.SampleObject(static_cast<double>(u.x), static_cast<double>(u.y));
+        Vector3d p;
+        if (!q.SampleObject(static_cast<double>(u.x), static_cast<double>(u.y), &p))
+            return false;
         const Vector3d world = q.objectToWorld.Point(p);
         sample->p = Point3f(world);
         sample->pError = RoundingError(world) + q.TransformError(p);
         sample->n = Normal3f(q.WorldNormal(p));
-        sample->pdf = static_cast<float>(1 / (q.ObjectArea() * q.Stretch(p)));
+        sample->pdf = static_cast<float>(q.AreaDensity(p));
         return sample->pdf > 0 && std::isfinite(sample->pdf);
     }
     const Mesh &mesh = *g.mesh;
@@ -828,7 +1017,7 @@ float SolidSet::Pdf(const Point3f &ref, const SolidHit &hit) const {
         if (const double cone = q.ConeSize(ref); cone > 0)
             return static_cast<float>(1 / (2 * kPi<double> * cone));
         const Vector3d p = q.Refined(q.worldToObject.Point(Vector3d(hit.p)));
-        pdfArea = static_cast<float>(1 / (q.ObjectArea() * q.Stretch(p)));
+        pdfArea = static_cast<float>(q.AreaDensity(p));
     } else {
         const Mesh &mesh = *g.mesh;
         mesh.PrepareSampling();

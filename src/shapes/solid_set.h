@@ -1,5 +1,5 @@
-// Everything that is not a curve: triangle meshes, spheres, disks and cylinders, traced by Embree 3. Quadrics
-// are Embree user geometry, intersected here in object space and in double.
+// Everything that is not a curve: triangle meshes and quadrics (spheres, disks, cylinders, cones, paraboloids,
+// hyperboloids), traced by Embree 3. Quadrics are Embree user geometry, intersected here in object space and in double.
 #pragma once
 
 #include "core/vecmath.h"
@@ -71,6 +71,14 @@ class SolidSet {
                      float phiMax, uint32_t shapeId, bool reverseOrientation);
     uint32_t AddCylinder(const Transform &objectToWorld, float radius, float zMin, float zMax, float phiMax,
                          uint32_t shapeId, bool reverseOrientation);
+    uint32_t AddCone(const Transform &objectToWorld, float radius, float height, float phiMax,
+                     uint32_t shapeId, bool reverseOrientation);
+    uint32_t AddParaboloid(const Transform &objectToWorld, float radius, float zMin, float zMax, float phiMax,
+                           uint32_t shapeId, bool reverseOrientation);
+    // pbrt-v3's surface, x^2 + y^2 = c0 + c2 z^2: it is the one that the segment from p1 to p2 sweeps only if that is
+    // symmetric in z; otherwise a Warning says so.
+    uint32_t AddHyperboloid(const Transform &objectToWorld, const Point3f &p1, const Point3f &p2,
+                            float phiMax, uint32_t shapeId, bool reverseOrientation);
     void Commit();
 
     // The nearest hit with t in (ray.tMin, ray.tMax). A ray with a NaN or without a direction meets nothing.
@@ -84,7 +92,8 @@ class SolidSet {
     // World-space area.
     float Area(uint32_t geometryId) const;
     // A point uniform over the area (for a quadric under a transformation that is no similarity: uniform in
-    // object space, with the density that makes). u in [0,1)^2. False for a shape of no area.
+    // object space, with the density that makes; for a hyperboloid uniform in z and phi). u in [0,1)^2. False for a
+    // shape of no area, and where a hyperboloid of two sheets has none.
     bool Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample) const;
     // As seen from ref: a full sphere that ref is outside of by solid angle, all else by area; pdf per
     // steradian. False where pdf would be 0 or infinite.
