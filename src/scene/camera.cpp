@@ -1,9 +1,9 @@
 #include "scene/camera.h"
 
 #include "core/error.h"
+#include "core/file.h"
 #include "core/sampling.h"
 
-#include <fstream>
 #include <sstream>
 
 namespace cuticle {
@@ -18,7 +18,12 @@ constexpr double kNearPlane = 1e-2, kFarPlane = 1000;
 // refraction (0: air) and aperture, from the front; # begins a comment. By a ray near the axis: at a surface n u changes
 // by -y (n' - n) / R, across a gap y by its thickness times u. 0 if the file cannot be read or does not collect light.
 float FocalLength(const std::string &filename) {
-    std::ifstream file(filename);
+    std::istringstream file;
+    try {
+        file.str(ReadFile(filename, "the lens file"));
+    } catch (const Error &) { // the caller says that there is none
+        return 0;
+    }
     double y = 1, u = 0, n = 1, thickness = 0;
     std::string line;
     while (std::getline(file, line)) {
@@ -35,7 +40,7 @@ float FocalLength(const std::string &filename) {
         thickness = gap;
     }
     const double f = -1 / u;
-    return f > 0 && f < HUGE_VAL ? static_cast<float>(f) : 0;
+    return f > 0 && f < 1e6 ? static_cast<float>(f) : 0;
 }
 
 void ReadRealistic(const ParamSet &params, Point2i resolution, float filmDiagonal, CameraParameters *c) {
