@@ -1,21 +1,8 @@
-// Bytes as a .hair file: the strands of an accepted groom are the points, all of them finite.
-#include "fuzz/fuzz.h"
+// Bytes as a .hair file.
+#include "fuzz/groom_fuzz.h"
 #include "grooms/hair_file.h"
 
-using namespace cuticle;
-
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    Groom groom;
-    if (Accepts([&] { groom = ParseHairFile(Text(data, size), "fuzz.hair"); })) {
-        Require(groom.strandOffsets.back() == groom.points.size());
-        for (const Point3f &p : groom.points)
-            Require(IsFinite(p));
-        Accepts([&] {
-            ForEachSegment(groom, {}, [](const BezierSegment &s, size_t) {
-                for (const Point3f &p : s.cp)
-                    Require(IsFinite(p));
-            });
-        });
-    }
+    cuticle::FuzzGroom(cuticle::ParseHairFile, data, size, "fuzz.hair");
     return 0;
 }

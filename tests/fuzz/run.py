@@ -23,6 +23,8 @@ TARGETS = {
     "render": ([".pbrt"], 4096, ["src/scene", "src/render"]),
     "ply": ([".ply"], 4096, ["src/shapes"]),
     "hair_file": ([".hair"], 4096, []),
+    "tfx_file": ([".tfx"], 4096, []),
+    "usd_file": ([".usda"], 4096, ["src/grooms"]),
     "image": ([".pfm", ".png", ".exr", ".hdr", ".tga", ".jpg"], 8192, []),
     "spd": ([".spd"], 2048, []),
 }
