@@ -255,6 +255,11 @@ class CommandLine(unittest.TestCase):
         self.fails("render", "scene.pbrt", "-o", "folder.exr", says="folder")
         self.fails("render", "scene.pbrt", "-o", "/proc/a.exr", says="/proc")
         self.fails("groom", "hair-cube", "--strands", "9", "-o", "/proc/a.pbrt", says="/proc")
+        os.symlink("/dev/full", self.path / "full.exr")
+        os.symlink("/dev/full", self.path / "full.pbrt")
+        self.fails("render", "scene.pbrt", "-o", "full.exr", says=["full.exr", "No space left"])
+        self.fails("groom", "hair-cube", "--strands", "9", "-o", "full.pbrt", says=["full.pbrt", "No space left"])
+        self.assertTrue(os.path.islink(self.path / "full.exr") and os.path.islink(self.path / "full.pbrt"))
         if os.getuid() != 0:  # to root nothing is read-only
             (self.path / "locked").mkdir(mode=0o500)
             self.fails("render", "scene.pbrt", "-o", "locked/a.exr", says="cannot be written")
@@ -273,6 +278,20 @@ class CommandLine(unittest.TestCase):
                 self.fails(*words, says=[name, "File too large"], preexec_fn=full_disk)
                 self.assertEqual((self.path / name).read_bytes() if content else (self.path / name).exists(), content or False)
         self.assertEqual(sorted(f.name for f in self.path.iterdir()), sorted([*commands, "scene.pbrt", "big.pbrt"]))
+
+    def test_render_all_tells_what_came_of_each_scene(self):
+        (self.path / "deep").mkdir()
+        self.scene(SCENE.replace('Material "hair"', 'Material "hair" "float bta_m" .3'), "deep/warned.pbrt")
+        self.scene(SCENE.replace("Shape", "Shpae"), "refused.pbrt")
+        self.scene('Include "nowhere.pbrt"\nWorldBegin WorldEnd', "lacking.pbrt")
+        self.scene('Shape "sphere"', "part.pbrt")
+        script = pathlib.Path(__file__).with_name("render_all.py")
+        run = subprocess.run([sys.executable, script, self.path, PROGRAM], capture_output=True, text=True, timeout=60)
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        for row in ["| scene.pbrt | whole |  |", '| deep/warned.pbrt | with warnings | Material "hair" has no use for parameter "bta_m" |',
+                    "| refused.pbrt | refused | refused.pbrt:5:1: error:", "| lacking.pbrt | lacks files | lacking.pbrt:1:9: error:"]:
+            self.assertIn(row, run.stdout)
+        self.assertTrue(run.stdout.endswith("1 part of a scene\n"), run.stdout)
 
     def test_interrupt_writes_what_there_is(self):
         process = subprocess.Popen([PROGRAM, "render", "scene.pbrt", "--spp", "10000000", "-o", "a.exr"], cwd=self.path,

@@ -25,7 +25,7 @@ def is_scene(file):
 
 
 def render(program, file, folder, arguments):
-    """The outcome ("whole", "with warnings", "refused", "FAILED") and what there is to say of it."""
+    """The outcome ("whole", "with warnings", "lacks files", "refused", "FAILED") and what there is to say of it."""
     stats = folder / "stats.json"
     stats.unlink(missing_ok=True)
     start = time.monotonic()
@@ -39,7 +39,7 @@ def render(program, file, folder, arguments):
     lines = [re.sub(r"^\S*?([^/\s]+:\d+:\d+: )", r"\1", line) for line in run.stderr.splitlines()]
     errors = [line for line in lines if "error: " in line]
     if run.returncode == 1 and errors:
-        return "refused", errors[0], seconds
+        return ("lacks files" if "No such file" in errors[0] else "refused"), errors[0], seconds
     if run.returncode != 0:
         return "FAILED", f"exit status {run.returncode}: {' '.join(lines[-2:])}", seconds
     lost = json.loads(stats.read_text())["nan_samples"]
@@ -69,7 +69,7 @@ def main():
             counts[outcome] += 1
             what = what.replace("|", "\\|")
             print(f"| {file.relative_to(arguments.folder)} | {outcome} | {what} | {seconds:.1f} |", flush=True)
-    print("\n" + ", ".join(f"{n} {outcome}" for outcome, n in counts.most_common()))
+    print("\n" + ", ".join(f"{counts[k]} {k}" for k in ["whole", "with warnings", "lacks files", "refused", "FAILED", "part of a scene"]))
     return 1 if counts["FAILED"] else 0
 
 

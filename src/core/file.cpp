@@ -2,14 +2,16 @@
 
 #include "core/error.h"
 
-#include <atomic>
+#include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <vector>
+#include <zlib.h>
 
 namespace cuticle {
 
@@ -60,64 +62,99 @@ std::string ReadFile(const std::string &filename, const std::string &what) {
     }
 }
 
-void WriteFileAtomically(const std::string &filename, const std::string &bytes) {
-    const auto fail = [&](const char *what, int error) {
-        Fail(filename, std::string(what) + ": " + std::strerror(error));
-    };
-    const auto writeAll = [&](int fd) {
-        for (size_t at = 0; at < bytes.size();) {
-            const ssize_t n = ::write(fd, bytes.data() + at, bytes.size() - at);
-            if (n < 0 && errno == EINTR)
-                continue;
-            if (n < 0)
-                return errno;
-            at += static_cast<size_t>(n);
-        }
-        return 0;
-    };
+void OutputFile::Fail(const char *doing) const {
+    cuticle::Fail(filename_, std::string("cannot ") + doing + ": " + std::strerror(errno));
+}
 
-    // Look at what stands there: a link is followed, a device or pipe is written to and never replaced
-    std::string target = filename;
-    std::error_code ignored;
-    if (std::filesystem::is_symlink(filename, ignored)) {
-        const auto resolved = std::filesystem::weakly_canonical(filename, ignored);
-        if (!ignored)
-            target = resolved.string();
+OutputFile::OutputFile(const std::string &filename) : filename_(filename), target_(filename) {
+    // Look at what stands there
+    std::error_code error;
+    if (std::filesystem::is_symlink(filename, error)) {
+        const auto resolved = std::filesystem::weakly_canonical(filename, error);
+        if (!error)
+            target_ = resolved.string();
     }
     struct stat status {};
-    const bool exists = ::stat(target.c_str(), &status) == 0;
-    if (exists && S_ISDIR(status.st_mode))
-        fail("cannot write", EISDIR);
+    const bool exists = ::stat(target_.c_str(), &status) == 0;
+    if (exists && S_ISDIR(status.st_mode)) {
+        errno = EISDIR;
+        Fail("write");
+    }
     if (exists && !S_ISREG(status.st_mode)) {
-        const File device(::open(target.c_str(), O_WRONLY | O_CLOEXEC));
-        const int error = device.fd < 0 ? errno : writeAll(device.fd);
-        if (error != 0)
-            fail("cannot write", error);
-        return;
+        fd_ = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC);
+        if (fd_ < 0)
+            Fail("write");
+    } else {
+        temporary_ = target_ + ".XXXXXX";
+        fd_ = ::mkostemp(temporary_.data(), O_CLOEXEC);
+        if (fd_ < 0) {
+            temporary_.clear();
+            Fail("create a file beside it");
+        }
+        // mkostemp makes files private to the user; this one gets its predecessor's permissions or the usual ones. A
+        // failure here costs nothing that matters.
+        const mode_t mask = ::umask(0);
+        ::umask(mask);
+        static_cast<void>(
+            !::fchmod(fd_, exists ? status.st_mode & 07777 : static_cast<mode_t>(0666) & ~mask));
     }
+    if (filename.ends_with(".gz")) {
+        // Level 3: within a few percent of the default's size on numbers as text, and three times as fast.
+        gz_ = gzdopen(fd_, "wb3");
+        if (gz_ == nullptr) {
+            ::close(fd_);
+            ::unlink(temporary_.c_str());
+            errno = ENOMEM;
+            Fail("start compression");
+        }
+        gzbuffer(static_cast<gzFile>(gz_), 1u << 18);
+    }
+}
 
-    // Write beside it under a name of our own, then rename; nothing of ours is left behind on failure
-    static std::atomic<unsigned> counter{0};
-    const std::string temporary =
-        target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
-    int error = 0;
-    {
-        File file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-        if (file.fd < 0)
-            fail("cannot create a file in its folder", errno);
-        if (exists) // keeps its permissions; a failure here costs nothing that matters
-            static_cast<void>(!::fchmod(file.fd, status.st_mode & 07777));
-        error = writeAll(file.fd);
-        if (::close(file.fd) != 0 && error == 0)
-            error = errno;
-        file.fd = -1;
+OutputFile::~OutputFile() {
+    if (gz_ != nullptr)
+        gzclose(static_cast<gzFile>(gz_));
+    else if (fd_ >= 0)
+        ::close(fd_);
+    if (!temporary_.empty())
+        ::unlink(temporary_.c_str());
+}
+
+void OutputFile::Write(std::string_view bytes) {
+    bytes_ += bytes.size();
+    while (!bytes.empty()) {
+        const size_t chunk = std::min<size_t>(bytes.size(), 1u << 30);
+        if (gz_ != nullptr) {
+            if (gzwrite(static_cast<gzFile>(gz_), bytes.data(), static_cast<unsigned>(chunk)) !=
+                static_cast<int>(chunk))
+                Fail("write");
+            bytes.remove_prefix(chunk);
+            continue;
+        }
+        const ssize_t n = ::write(fd_, bytes.data(), chunk);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0)
+            Fail("write");
+        bytes.remove_prefix(static_cast<size_t>(n));
     }
-    if (error == 0 && ::rename(temporary.c_str(), target.c_str()) != 0)
-        error = errno;
-    if (error != 0) {
-        ::unlink(temporary.c_str());
-        fail("cannot write", error);
-    }
+}
+
+void OutputFile::Commit() {
+    const bool closed = gz_ != nullptr ? gzclose(static_cast<gzFile>(gz_)) == Z_OK : ::close(fd_) == 0;
+    gz_ = nullptr;
+    fd_ = -1;
+    if (!closed)
+        Fail("finish writing");
+    if (!temporary_.empty() && ::rename(temporary_.c_str(), target_.c_str()) != 0)
+        Fail("put the finished file in place");
+    temporary_.clear();
+}
+
+void WriteFileAtomically(const std::string &filename, const std::string &bytes) {
+    OutputFile file(filename);
+    file.Write(bytes);
+    file.Commit();
 }
 
 } // namespace cuticle

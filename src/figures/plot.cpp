@@ -1,7 +1,7 @@
 #include "figures/plot.h"
 
 #include "core/error.h"
-#include "grooms/output_file.h"
+#include "core/file.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 #include "grooms/hair_file.h"
 
 #include "core/error.h"
+#include "core/file.h"
 #include "grooms/binary_file.h"
-#include "grooms/output_file.h"
 
 #include <cstring>
 

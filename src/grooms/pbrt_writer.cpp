@@ -1,7 +1,7 @@
 #include "grooms/pbrt_writer.h"
 
 #include "core/error.h"
-#include "grooms/output_file.h"
+#include "core/file.h"
 
 #include <algorithm>
 #include <charconv>

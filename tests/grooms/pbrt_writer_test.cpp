@@ -1,5 +1,5 @@
 #include "core/error.h"
-#include "grooms/output_file.h"
+#include "core/file.h"
 #include "grooms/pbrt_writer.h"
 #include "grooms/procedural.h"
 
