@@ -196,14 +196,22 @@ class CommandLine(unittest.TestCase):
         for samples in ["0", "-1", "1000000000000", "2147483647"]:
             self.ends_soon(SCENE.replace('"integer pixelsamples" 4', f'"integer pixelsamples" {samples}'), "samples")
         self.ends_soon(world + 'Shape "groom" "integer strands" 1000000000', "strands")
+        first = world + 'Texture "t0" "float" "constant"\n'
+        chain = 'Texture "t{}" "float" "scale" "texture tex1" "t{}" "{}"\n'  # deeper than the stack; 2^60 evaluations
+        for levels, other in [(100000, 'float tex2" 1 "float x'), (60, 'texture tex2" "t{}" "float x')]:
+            lines = [chain.format(i + 1, i, other.format(i))[:-1] + " 1\n" for i in range(levels)]
+            self.ends_soon(first + "".join(lines) + f'Material "matte" "texture sigma" "t{levels}" Shape "sphere" WorldEnd',
+                           "levels deep")
 
     def test_many_names_take_no_quadratic_time(self):
         """Each of these is right, or a warning; with 10,000 of a kind a quadratic search would show."""
         head = SCENE[:SCENE.index("WorldBegin")] + "WorldBegin\n"
         names = "".join(f'MakeNamedMaterial "material{i}" "string type" "matte"\n' for i in range(10000))
         unknown = "".join(f'NamedMaterial "matreial{i}" Shape "sphere"\n' for i in range(10000))
+        blocks = "".join(f'Texture "t{i}" "float" "constant"\nAttributeBegin Texture "u" "float" "constant" AttributeEnd\n'
+                         for i in range(10000))
         start = os.times()
-        run = self.ok("render", self.scene(head + names + unknown + "WorldEnd\n"), "-o", "a.exr", "--spp", "1", "--threads", "1")
+        run = self.ok("render", self.scene(head + names + unknown + blocks + "WorldEnd\n"), "-o", "a.exr", "--spp", "1", "--threads", "1")
         self.assertIn("more of this kind", run.stderr)
         end = os.times()
         self.assertLess(end.children_user + end.children_system - start.children_user - start.children_system, 20)

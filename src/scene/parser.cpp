@@ -213,20 +213,43 @@ constexpr auto kParamTypeNames = [] {
 
 using NameMap = std::unordered_map<std::string, int>;
 
-// The part that AttributeBegin saves. The maps are shared until one side of a block changes its own (copy on write).
+// The part that AttributeBegin saves, but for the names (ScopedNames).
 struct GraphicsState {
     int material = 0;
     int areaLight = -1;
     bool reverseOrientation = false;
-    std::shared_ptr<NameMap> namedMaterials = std::make_shared<NameMap>();
-    std::shared_ptr<NameMap> floatTextures = std::make_shared<NameMap>();
-    std::shared_ptr<NameMap> spectrumTextures = std::make_shared<NameMap>();
+};
 
-    static void Set(std::shared_ptr<NameMap> *map, const std::string &name, int index) {
-        if (map->use_count() > 1)
-            *map = std::make_shared<NameMap>(**map);
-        (**map)[name] = index;
+// The names that materials and textures have at a place of the file. A block hides names of the blocks around it; at its
+// end they come back: only what it changed is kept, so that a block costs nothing, however many names there are.
+class ScopedNames {
+  public:
+    NameMap materials, floatTextures, spectrumTextures;
+
+    void Set(NameMap *map, const std::string &name, int index) {
+        const auto [at, isNew] = map->try_emplace(name, index);
+        hidden_.push_back({map, name, isNew ? kNone : at->second});
+        at->second = index;
     }
+    size_t Mark() const { return hidden_.size(); }
+    void Restore(size_t mark) {
+        for (; hidden_.size() > mark; hidden_.pop_back()) {
+            const Hidden &h = hidden_.back();
+            if (h.index == kNone)
+                h.map->erase(h.name);
+            else
+                (*h.map)[h.name] = h.index;
+        }
+    }
+
+  private:
+    static constexpr int kNone = -1;
+    struct Hidden {
+        NameMap *map;
+        std::string name;
+        int index;
+    };
+    std::vector<Hidden> hidden_;
 };
 
 // The current transformation at the start and the end of the shutter's time.
@@ -237,6 +260,7 @@ struct Block {
     enum class Kind { Attribute, Transform, Object } kind;
     FileLoc loc;
     GraphicsState state; // not of a Transform block
+    size_t names;        // ScopedNames::Mark(), likewise
     TransformPair ctm;
     unsigned active;
 };
@@ -346,6 +370,7 @@ class Parser {
     bool inWorld_ = false, done_ = false;
 
     GraphicsState state_;
+    ScopedNames names_;
     TransformPair ctm_;
     unsigned active_ = kBoth;
     std::unordered_map<std::string, TransformPair> coordinateSystems_;
@@ -727,12 +752,12 @@ void Parser::ReadParam(ParamSet *set) {
             Fail(declaration,
                  full + " takes the name of one texture, not " + std::to_string(p.strings.size()));
         const std::string &name = p.strings[0];
-        const auto f = state_.floatTextures->find(name), s = state_.spectrumTextures->find(name);
-        p.floatTexture = f == state_.floatTextures->end() ? -1 : f->second;
-        p.spectrumTexture = s == state_.spectrumTextures->end() ? -1 : s->second;
+        const auto f = names_.floatTextures.find(name), s = names_.spectrumTextures.find(name);
+        p.floatTexture = f == names_.floatTextures.end() ? -1 : f->second;
+        p.spectrumTexture = s == names_.spectrumTextures.end() ? -1 : s->second;
         if (p.floatTexture < 0 && p.spectrumTexture < 0 && !missingFile_) {
             Fail(at[0], "no texture " + Quoted(name) + " has been defined here" +
-                            Suggest(name, {state_.floatTextures.get(), state_.spectrumTextures.get()}));
+                            Suggest(name, {&names_.floatTextures, &names_.spectrumTextures}));
         }
         break;
     }
@@ -1098,7 +1123,7 @@ void Parser::BeginBlock(const Token &word, Block::Kind kind) {
     if (blocks_.size() >= kDeepestBlock)
         Fail(word, "blocks are nested " + std::to_string(kDeepestBlock) +
                        " deep here: " + std::string(word.text) + " without its end?");
-    blocks_.push_back({kind, Loc(word), state_, ctm_, active_});
+    blocks_.push_back({kind, Loc(word), state_, names_.Mark(), ctm_, active_});
 }
 
 void Parser::EndBlock(const Token &word, Block::Kind kind) {
@@ -1119,8 +1144,10 @@ void Parser::EndBlock(const Token &word, Block::Kind kind) {
     ctm_ = b.ctm;
     active_ = b.active;
     curveTransformKnown_ = false;
-    if (kind != Block::Kind::Transform)
-        state_ = std::move(b.state);
+    if (kind != Block::Kind::Transform) {
+        state_ = b.state;
+        names_.Restore(b.names);
+    }
     if (kind == Block::Kind::Object)
         object_ = -1;
     blocks_.pop_back();
@@ -1169,21 +1196,21 @@ void Parser::MakeNamedMaterial(const Token &word) {
     m.type = type->strings[0];
     CheckPluginName(PluginKind::Material, m.type, Place(word, *type));
     ResolveMix(word, &m);
-    if (state_.namedMaterials->count(m.name))
+    if (names_.materials.count(m.name))
         Warning(m.params.loc, "named material redefined",
                 "named material " + Quoted(m.name) + " is defined again");
     const std::string name = m.name;
     const int index = static_cast<int>(scene_.materials.size());
     scene_.materials.push_back(std::move(m));
-    GraphicsState::Set(&state_.namedMaterials, name, index);
+    names_.Set(&names_.materials, name, index);
 }
 
 void Parser::NamedMaterial(const Token &word) {
     RequireWorld(word);
     const Token t = lexer().Peek();
     const std::string name = ReadString(word, "the name of a material");
-    const auto it = state_.namedMaterials->find(name);
-    if (it != state_.namedMaterials->end()) {
+    const auto it = names_.materials.find(name);
+    if (it != names_.materials.end()) {
         state_.material = it->second;
     } else if (!missingFile_) {
         // Scenes that people share do this, and pbrt-v3 renders them; so it is no Error. Only the first is told with
@@ -1192,7 +1219,7 @@ void Parser::NamedMaterial(const Token &word) {
         Warning(Loc(t), "unknown named material",
                 "no material " + Quoted(name) +
                     " has been defined here; the current one stays, as in pbrt-v3" +
-                    (isFirst ? Suggest(name, {state_.namedMaterials.get()}) : ""));
+                    (isFirst ? Suggest(name, {&names_.materials}) : ""));
     }
 }
 
@@ -1212,12 +1239,12 @@ void Parser::Texture(const Token &word) {
     texture.type = ReadPluginName(word, PluginKind::Texture);
     texture.params = ReadParams(word);
     texture.ctm = Current(texture.params.loc);
-    auto &map = isFloat ? state_.floatTextures : state_.spectrumTextures;
+    NameMap &map = isFloat ? names_.floatTextures : names_.spectrumTextures;
     auto &list = isFloat ? scene_.floatTextures : scene_.spectrumTextures;
-    if (map->count(texture.name))
+    if (map.count(texture.name))
         Warning(texture.params.loc, "texture redefined",
                 "texture " + Quoted(texture.name) + " is defined again");
-    GraphicsState::Set(&map, texture.name, static_cast<int>(list.size()));
+    names_.Set(&map, texture.name, static_cast<int>(list.size()));
     list.push_back(std::move(texture));
 }
 
@@ -1307,12 +1334,12 @@ void Parser::ResolveMix(const Token &word, MaterialEntity *material) {
         const Param *p = material->params.Find(kNames[i], ParamType::String);
         if (!p || p->strings.size() != 1)
             Fail(word, std::string("a material \"mix\" needs \"string ") + kNames[i] + "\"");
-        const auto it = state_.namedMaterials->find(p->strings[0]);
-        if (it != state_.namedMaterials->end())
+        const auto it = names_.materials.find(p->strings[0]);
+        if (it != names_.materials.end())
             material->mixed[i] = it->second;
         else if (!missingFile_)
             Fail(Place(word, *p), "no material " + Quoted(p->strings[0]) + " has been defined here" +
-                                      Suggest(p->strings[0], {state_.namedMaterials.get()}));
+                                      Suggest(p->strings[0], {&names_.materials}));
     }
 }
 

@@ -724,11 +724,46 @@ const TexturePtr<T> &Bound(const Param &p, int index, int other, const std::vect
     return textures[static_cast<size_t>(index)];
 }
 
+// How textures are made of others: evaluating one evaluates those below it. A chain of thousands would not fit the
+// stack, and one that uses its predecessor twice on each of fifty levels would never be done.
+class Nesting {
+  public:
+    void Add(const std::vector<TextureEntity> &textures, bool isFloat) {
+        std::vector<Cost> &costs = isFloat ? floats_ : spectra_;
+        for (const TextureEntity &e : textures) {
+            Cost cost{1, 1};
+            for (const Param &p : e.params.params) {
+                const int index = isFloat || p.spectrumTexture < 0 ? p.floatTexture : p.spectrumTexture;
+                const std::vector<Cost> &from = isFloat || p.spectrumTexture < 0 ? floats_ : spectra_;
+                if (p.type != ParamType::Texture || index < 0 || static_cast<size_t>(index) >= from.size())
+                    continue;
+                cost.levels = std::max(cost.levels, from[static_cast<size_t>(index)].levels + 1);
+                cost.evaluations += from[static_cast<size_t>(index)].evaluations;
+            }
+            if (cost.levels > kMostLevels || cost.evaluations > kMostEvaluations)
+                Fail(e.params.loc, "texture \"" + e.name + "\" is made of others more than " +
+                                       std::to_string(kMostLevels) + " levels deep, or more than " +
+                                       std::to_string(kMostEvaluations) + " times");
+            costs.push_back(cost);
+        }
+    }
+
+  private:
+    static constexpr int kMostLevels = 200, kMostEvaluations = 10000;
+    struct Cost {
+        int levels, evaluations;
+    };
+    std::vector<Cost> floats_, spectra_;
+};
+
 } // namespace
 
 TextureTable::TextureTable(const std::vector<TextureEntity> &floatTextures,
                            const std::vector<TextureEntity> &spectrumTextures) {
     // A texture refers only to earlier ones, and a float texture only to float ones
+    Nesting nesting;
+    nesting.Add(floatTextures, true);
+    nesting.Add(spectrumTextures, false);
     Builder builder(*this);
     for (const TextureEntity &e : floatTextures)
         floats_.push_back(Make<float>(e, builder));

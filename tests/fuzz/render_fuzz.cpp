@@ -8,12 +8,15 @@ using namespace cuticle;
 
 namespace {
 
-// What is legitimate and takes long: recipes of many strands.
+// What is legitimate and takes long: recipes of many strands, surfaces divided often, many objects.
 bool TakesLong(const SceneDescription &scene) {
-    const auto isGroom = [](const ShapeEntity &s) { return s.type.starts_with("groom"); };
-    bool found = std::any_of(scene.shapes.begin(), scene.shapes.end(), isGroom);
+    const auto isLong = [](const ShapeEntity &s) {
+        return s.type.starts_with("groom") ||
+               (s.type == "loopsubdiv" && s.params.FindInt("nlevels", s.params.FindInt("levels", 3)) > 5);
+    };
+    bool found = std::any_of(scene.shapes.begin(), scene.shapes.end(), isLong);
     for (const ObjectDefinition &o : scene.objects)
-        found |= std::any_of(o.shapes.begin(), o.shapes.end(), isGroom);
+        found |= std::any_of(o.shapes.begin(), o.shapes.end(), isLong);
     return found || scene.instances.size() > 1000;
 }
 
@@ -36,7 +39,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static const tbb::global_control oneThread(tbb::global_control::max_allowed_parallelism, 1);
     RenderStats stats;
     Accepts([&] {
-        SceneDescription description = ParseSceneText(Text(data, size), "fuzz.pbrt");
+        // A mistake costs its directive alone, so that more of the text gets to be rendered
+        std::vector<std::string> errors;
+        ParseOptions parseOptions;
+        parseOptions.collectErrors = &errors;
+        SceneDescription description = ParseSceneText(Text(data, size), "fuzz.pbrt", ".", parseOptions);
         if (TakesLong(description))
             return;
         const Scene scene(&description, {});
