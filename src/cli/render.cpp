@@ -4,6 +4,7 @@
 #include "core/file.h"
 #include "render/renderer.h"
 #include "render/sampler.h"
+#include "scene/hair_models.h"
 #include "scene/scene.h"
 
 #include <nlohmann/json.hpp>
@@ -42,7 +43,7 @@ double PeakMegabytes() {
 }
 
 struct RenderArguments {
-    std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes";
+    std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes", hairModel;
     int spp = 0, threads = 0;
     uint64_t seed = 0;
     std::vector<float> crop;
@@ -102,6 +103,7 @@ void RunRender(const RenderArguments &a) {
     start = std::chrono::steady_clock::now();
     SceneOptions sceneOptions;
     sceneOptions.materials.compatPbrtV3 = a.compat == "pbrt-v3";
+    sceneOptions.materials.hairModel = a.hairModel;
     if (a.hair == "scalar")
         SetHairKernels("scalar");
     sceneOptions.binaryCurves = a.curves == "binary";
@@ -207,6 +209,15 @@ void AddRenderCommand(CLI::App &app) {
          "--hair", a->hair,
          "lanes: our hair model; scalar: the same, one lobe at a time, for comparison (default: lanes)")
         ->check(CLI::IsMember({"lanes", "scalar"}))
+        ->type_name("NAME");
+    std::vector<std::string> models;
+    for (const std::string_view name : HairModelNames())
+        models.emplace_back(name);
+    c->add_option(
+         "--hair-model", a->hairModel,
+         "render all hair with this model of a fiber, its parameters taken from eta, beta_m, beta_n, alpha "
+         "and the hair's colour where the scene does not give them (default: the scene's \"string model\")")
+        ->check(CLI::IsMember(models))
         ->type_name("NAME");
     c->footer("Ctrl-C writes what there is and says how many samples it holds (exit status 130).\n"
               "CUTICLE_ISA=sse2|avx2|avx512 chooses the curve kernels' instruction set; default: the best "

@@ -20,6 +20,9 @@ inline constexpr float Pi = std::numbers::pi_v<float>;
 inline constexpr float Infinity = std::numeric_limits<float>::infinity();
 // The largest binary32 below 1: random numbers stay in [0, OneMinusEpsilon].
 inline constexpr float OneMinusEpsilon = 0x1.fffffep-1f;
+// A random number stands for a cell, and the ends of the interval for nothing: the cell at 0 is met at 2^-33, half
+// the step of a 32-bit generator.
+inline constexpr float kSmallestU = 0x1p-33f;
 
 template <typename T>
 constexpr T Sqr(T v) {

@@ -4,6 +4,8 @@
 
 #include "core/color.h"
 
+#include <array>
+
 namespace cuticle {
 
 //> Sort scattering into kinds
@@ -34,6 +36,70 @@ class BxDF {
     virtual std::string ToString() const = 0;
 
     const BxDFType type;
+};
+//<
+
+//> Say what every model of a fiber offers beyond that
+// Scatters over the whole sphere; needs four random numbers for a direction; gives value and density in one evaluation.
+// pbrt-v3's methods are made of these two.
+class FiberBxDF : public BxDF {
+  public:
+    FiberBxDF() : BxDF(static_cast<BxDFType>(BSDF_GLOSSY | BSDF_REFLECTION | BSDF_TRANSMISSION)) {}
+    // f without the cosine |wi.z|, which the renderer multiplies by (where |wi.z| < 1e-20 it is taken as 1e-20), and the
+    // density of Sample_f in *pdf.
+    virtual Spectrum FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const = 0;
+    // Chooses wi from four numbers in [0, 1). *pdf = 0 (and f black): no direction.
+    virtual Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u,
+                              Float *pdf) const = 0;
+
+    Spectrum f(const Vector3f &wo, const Vector3f &wi) const final;
+    Float Pdf(const Vector3f &wo, const Vector3f &wi) const final;
+    // The four numbers are the halves of u (DemuxFloat), which holds only 2 x 24 bits: prefer the other.
+    Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const Point2f &u, Float *pdf,
+                      BxDFType *sampledType = nullptr) const final;
+
+  protected:
+    // f |wi.z|, as fiber models compute it, without the cosine.
+    static Spectrum WithoutCosine(const std::array<Float, 3> &fCos, const Vector3f &wi);
+    // The same for a sampled direction, which is first moved to where its cosine is not 0.
+    static Spectrum WithoutCosineOfSample(const std::array<Float, 3> &fCos, Vector3f *wi);
+};
+//<
+
+//> Turn a numeric model into a BSDF
+// Model::Evaluate(wo, wi) and Model::Sample(wo, u, &wi) give a FiberValue. Numbers of a direction, or of u, that are not
+// finite pass through minima and maxima unseen: doubt, 0 or NaN, carries them into the results, to be counted there.
+template <typename T>
+struct FiberValue {
+    std::array<T, 3> fCos; // f |wi.z| in r, g, b
+    T pdf;                 // 1/sr
+};
+
+template <class Model>
+class BxDFOf : public FiberBxDF {
+  public:
+    using FiberBxDF::Sample_f;
+    Spectrum FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const final {
+        const FiberValue<Float> value = model_.Evaluate(wo, wi);
+        const Float doubt = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
+        *pdf = value.pdf + doubt;
+        return WithoutCosine(value.fCos, wi) + Spectrum(doubt);
+    }
+    Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u,
+                      Float *pdf) const final {
+        std::array<Float, 4> inside;
+        for (size_t i = 0; i < 4; ++i)
+            inside[i] = std::min(std::max(u[i], kSmallestU), OneMinusEpsilon);
+        const FiberValue<Float> value = model_.Sample(wo, inside, wi);
+        const Float doubt = 0 * ((wo.x + wo.y + wo.z) + ((u[0] + u[1]) + (u[2] + u[3])));
+        *wi += Vector3f(doubt, doubt, doubt);
+        *pdf = value.pdf + doubt;
+        return WithoutCosineOfSample(value.fCos, wi) + Spectrum(doubt);
+    }
+
+  protected:
+    explicit BxDFOf(const Model &model) : model_(model) {}
+    const Model model_;
 };
 //<
 

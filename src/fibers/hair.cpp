@@ -2,7 +2,6 @@
 #include "fibers/hair.h"
 
 #include "core/error.h"
-#include "core/sampling.h"
 #include "fibers/hair_model.h"
 
 #include <sstream>
@@ -27,23 +26,12 @@ inline float Finite(const char *name, float value) {
     return value;
 }
 //<
-
-//> Divide by the cosine that the renderer multiplies by
-// A light in the plane of the ribbon has |wi.z| = 0: 1e-20 stands for it, there and in the sampled direction, so
-// that value, direction and density agree for every direction.
-constexpr float kSmallestCosine = 1e-20f;
-Spectrum WithoutCosine(const HairValue &value, const Vector3f &wi) {
-    const float inverse = 1 / std::max(std::abs(wi.z), kSmallestCosine);
-    return Spectrum(value.fCos[0], value.fCos[1], value.fCos[2]) * inverse;
-}
-//<
 } // namespace
 
 //> Construct the BSDF
 HairBSDF::HairBSDF(Float h, Float eta, const Spectrum &sigma_a, Float beta_m, Float beta_n, Float alpha,
                    ScaleTilt tilt)
-    : BxDF(static_cast<BxDFType>(BSDF_GLOSSY | BSDF_REFLECTION | BSDF_TRANSMISSION)),
-      parameters_{Clamped("h", h, -1, 1),
+    : parameters_{Clamped("h", h, -1, 1),
                   Clamped("eta", Finite("eta", eta), 1e-3f, 1e3f),
                   {Clamped("sigma_a", sigma_a[0], 0, 1e18f), Clamped("sigma_a", sigma_a[1], 0, 1e18f),
                    Clamped("sigma_a", sigma_a[2], 0, 1e18f)},
@@ -56,35 +44,17 @@ HairBSDF::HairBSDF(Float h, Float eta, const Spectrum &sigma_a, Float beta_m, Fl
 }
 //<
 
-//> Evaluate value and density
+//> Forward evaluation and sampling to the kernels
 Spectrum HairBSDF::FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const {
     const HairValue value = kernels_->evaluate(setup_, wo, wi);
     *pdf = value.pdf;
-    return WithoutCosine(value, wi);
+    return WithoutCosine(value.fCos, wi);
 }
-Spectrum HairBSDF::f(const Vector3f &wo, const Vector3f &wi) const {
-    return WithoutCosine(kernels_->evaluate(setup_, wo, wi), wi);
-}
-Float HairBSDF::Pdf(const Vector3f &wo, const Vector3f &wi) const {
-    return kernels_->evaluate(setup_, wo, wi).pdf;
-}
-//<
-
-//> Sample a direction with four random numbers, or two
 Spectrum HairBSDF::Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u,
                             Float *pdf) const {
     const HairValue value = kernels_->sample(setup_, wo, u, wi);
-    if (std::abs(wi->z) < kSmallestCosine)
-        wi->z = std::copysign(kSmallestCosine, wi->z);
     *pdf = value.pdf;
-    return WithoutCosine(value, *wi);
-}
-Spectrum HairBSDF::Sample_f(const Vector3f &wo, Vector3f *wi, const Point2f &u, Float *pdf,
-                            BxDFType *sampledType) const {
-    const Point2f first = DemuxFloat(u.x), second = DemuxFloat(u.y);
-    if (sampledType)
-        *sampledType = type;
-    return Sample_f(wo, wi, std::array<Float, 4>{first.x, first.y, second.x, second.y}, pdf);
+    return WithoutCosineOfSample(value.fCos, wi);
 }
 //<
 

@@ -4,8 +4,6 @@
 #include "fibers/bxdf.h"
 #include "fibers/hair_lanes.h"
 
-#include <array>
-
 namespace cuticle {
 
 //> Describe what the model takes, and what it does with bad input
@@ -25,7 +23,7 @@ namespace cuticle {
 // (x along the fiber from root to tip, y across its width, z the normal): NaN there, or in u, comes back as NaN in
 // value, density and direction, so that it can be counted. Nothing here aborts or loops on data.
 //<
-class HairBSDF : public BxDF {
+class HairBSDF final : public FiberBxDF {
   public:
     // Lobes p = 0 (R), 1 (TT), 2 (TRT) are modelled one by one; lobe pMax holds all that remain.
     static const int pMax = 3;
@@ -34,20 +32,14 @@ class HairBSDF : public BxDF {
              ScaleTilt tilt = ScaleTilt::RootToTip);
 
     //> Evaluate, sample and weigh
-    // f is without the cosine |wi.z|, which the renderer multiplies by; where |wi.z| < 1e-20 it is taken as 1e-20.
-    Spectrum f(const Vector3f &wo, const Vector3f &wi) const override;
-    Float Pdf(const Vector3f &wo, const Vector3f &wi) const override;
-    // f, and the density of Sample_f in *pdf, in one evaluation: about half the price of the two.
-    Spectrum FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const;
-
-    // Chooses wi from four numbers in [0,1): the lobe, the azimuth, and two for the longitudinal angle. Numbers
-    // are clamped to [2^-33, 1 - 2^-24], so the density is never zero for the number 0. *pdf = 0 (and f black) where no
-    // light leaves: A_p below 1e-38 in sum.
-    Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u, Float *pdf) const;
-    // pbrt-v3's form: the four numbers are the halves of u (DemuxFloat), which holds only 2 x 24 bits. Use the
-    // other where the sampler has four dimensions to give.
-    Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const Point2f &u, Float *pdf,
-                      BxDFType *sampledType = nullptr) const override;
+    // Value and density together cost about half of the two.
+    Spectrum FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const override;
+    // The four numbers choose the lobe, the azimuth and (two) the longitudinal angle. They are clamped to
+    // [2^-33, 1 - 2^-24], so the density is never zero for the number 0. *pdf = 0 (and f black) where no light
+    // leaves: A_p below 1e-38 in sum.
+    using FiberBxDF::Sample_f;
+    Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u,
+                      Float *pdf) const override;
     //<
 
     std::string ToString() const override;

@@ -312,14 +312,12 @@ CUTICLE_INLINE SinCosine<T> UnitVector(T sin, T cos) {
 
 //> Weigh colours by their luminance
 inline constexpr std::array<float, 3> kLuminance = {0.212671f, 0.715160f, 0.072169f};
+template <typename T>
+T Luminance(const std::array<T, 3> &c) {
+    return T(kLuminance[0]) * c[0] + T(kLuminance[1]) * c[1] + T(kLuminance[2]) * c[2];
+}
 // Where the A_p of all lobes add up to less, no light leaves.
 inline constexpr float kBlack = 1e-38f;
-//<
-
-//> Keep random numbers off 0 and 1
-// A random number stands for a cell; the cell at 0 is met at 2^-33, half the step of a 32-bit generator. No number
-// reaches 1.
-inline constexpr float kSmallestU = 0x1p-33f;
 //<
 
 //> Put the model together, plainly
@@ -419,11 +417,9 @@ typename HairLobes<T>::Value HairLobes<T>::Gather(const FiberAngles<T> &o, T sin
     for (size_t p = 0; p < kLobes; ++p) {
         const T density =
             Longitudinal(p, o.sinTheta, o.cosTheta, sinThetaI, cosThetaI) * Azimuthal(p, dPhi[p]);
-        T y = 0;
-        for (size_t c = 0; c < 3; ++c) {
+        const T y = Luminance(ap[p]);
+        for (size_t c = 0; c < 3; ++c)
             value.fCos[c] += ap[p][c] * density;
-            y += T(kLuminance[c]) * ap[p][c];
-        }
         value.pdf += y * density;
         sumY += y;
     }
@@ -460,8 +456,7 @@ typename HairLobes<T>::Value HairLobes<T>::Sample(const Vector3<T> &wo, std::arr
     std::array<T, kLobes> y;
     T sumY = 0;
     for (size_t p = 0; p < kLobes; ++p)
-        sumY += y[p] =
-            T(kLuminance[0]) * ap[p][0] + T(kLuminance[1]) * ap[p][1] + T(kLuminance[2]) * ap[p][2];
+        sumY += y[p] = Luminance(ap[p]);
     size_t q = 0;
     T rest = u[0] * sumY;
     for (size_t p = 0; p < kLobes && rest >= 0; ++p)

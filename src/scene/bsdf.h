@@ -3,6 +3,7 @@
 
 #include "core/color.h"
 #include "fibers/hair.h"
+#include "fibers/kajiya_kay.h"
 
 #include <variant>
 
@@ -87,11 +88,16 @@ class BSDF {
     void SetHair(Args &&...args) {
         model_.template emplace<HairBSDF>(std::forward<Args>(args)...);
     }
+    // Any other model of a fiber, one of those in model_.
+    template <class Model, class... Args>
+    void SetFiber(Args &&...args) {
+        model_.template emplace<Model>(std::forward<Args>(args)...);
+    }
     SurfaceLobes &SetSurface() { return model_.template emplace<SurfaceLobes>(); }
 
     // True if light sampling can contribute.
     bool HasNonSpecular() const;
-    bool IsHair() const { return std::holds_alternative<HairBSDF>(model_); }
+    bool IsHair() const { return std::holds_alternative<HairBSDF>(model_) || Fiber(); }
     // f times |cos theta_i| and the density of Sample_f, for world directions of unit length.
     Spectrum FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const;
     // Chooses a direction; weight = f |cos| / pdf. False where there is none.
@@ -99,9 +105,20 @@ class BSDF {
                   Spectrum *weight) const;
 
   private:
+    // The model of a fiber, if it is another than HairBSDF, which is asked first and without indirection: else null.
+    const FiberBxDF *Fiber() const {
+        return std::visit(
+            [](const auto &model) -> const FiberBxDF * {
+                if constexpr (std::is_base_of_v<FiberBxDF, std::decay_t<decltype(model)>>)
+                    return &model;
+                else
+                    return nullptr;
+            },
+            model_);
+    }
     Frame frame_;
     Normal3f n_;
-    std::variant<std::monostate, SurfaceLobes, HairBSDF> model_;
+    std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF> model_;
 };
 
 } // namespace cuticle

@@ -3,10 +3,8 @@
 
 namespace cuticle {
 
-//> Read the hair's parameters from the scene
-HairMaterial::HairMaterial(const ParamSet &params, const TextureTable &textures,
-                           const MaterialOptions &options)
-    : options_(options) {
+//> Read the hair's colour from the scene
+HairColor::HairColor(const ParamSet &params, const TextureTable &textures) {
     //> Take the colour from the first of sigma_a, color, melanin
     const bool hasSigmaA = params.Find("sigma_a") != nullptr;
     const bool hasColor = params.Find("color") || params.Find("reflectance");
@@ -31,17 +29,23 @@ HairMaterial::HairMaterial(const ParamSet &params, const TextureTable &textures,
                 std::string("hair takes its colour from one of \"sigma_a\", \"color\" and melanin; \"") +
                     (hasSigmaA ? "sigma_a" : "color") + "\" is used, the rest ignored. Give one of them.");
     //<
-    //> Read the shape of the lobes
-    eta_ = textures.GetFloatTexture(params, "eta", 1.55f);
-    betaM_ = textures.GetFloatTexture(params, "beta_m", 0.3f);
-    betaN_ = textures.GetFloatTexture(params, "beta_n", 0.3f);
-    alpha_ = textures.GetFloatTexture(params, "alpha", 2.f);
-    //<
 }
 //<
 
+//> Read the shape of the lobes
+HairShape::HairShape(const ParamSet &params, const TextureTable &textures)
+    : eta(textures.GetFloatTexture(params, "eta", 1.55f)),
+      betaM(textures.GetFloatTexture(params, "beta_m", 0.3f)),
+      betaN(textures.GetFloatTexture(params, "beta_n", 0.3f)),
+      alpha(textures.GetFloatTexture(params, "alpha", 2.f)) {}
+
+HairMaterial::HairMaterial(const ParamSet &params, const TextureTable &textures,
+                           const MaterialOptions &options)
+    : color_(params, textures), shape_(params, textures), options_(options) {}
+//<
+
 //> Compute the absorption coefficient at a point of the fiber
-Spectrum HairMaterial::SigmaA(const TexturePoint &point, Float betaN) const {
+Spectrum HairColor::SigmaA(const TexturePoint &point, Float betaN) const {
     if (sigmaA_)
         return sigmaA_->Evaluate(point).Clamp();
     if (color_)
@@ -54,7 +58,7 @@ Spectrum HairMaterial::SigmaA(const TexturePoint &point, Float betaN) const {
 //> Make the BSDF of the fiber at a point
 void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
     const TexturePoint point{si.p, si.uv, si.strandColors};
-    const Float betaM = betaM_->Evaluate(point), betaN = betaN_->Evaluate(point);
+    const Float betaM = shape_.betaM->Evaluate(point), betaN = shape_.betaN->Evaluate(point);
     //> Find the offset $h$ across the fiber from the ribbon's $v$
     // A ribbon's width is the fiber's diameter. In the local frame (x the tangent, z toward the viewer) v grows toward
     // -y. A mirror of a fiber sends light that meets it on the side of +y toward +y, and $\Phi(0, h) = -2 \gamma_o$
@@ -64,8 +68,8 @@ void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
     if (options_.compatPbrtV3)
         h = -h;
     //<
-    const Float eta = eta_->Evaluate(point), alpha = alpha_->Evaluate(point);
-    const Spectrum sigmaA = SigmaA(point, betaN);
+    const Float eta = shape_.eta->Evaluate(point), alpha = shape_.alpha->Evaluate(point);
+    const Spectrum sigmaA = color_.SigmaA(point, betaN);
     bsdf->SetHair(h, eta, sigmaA, betaM, betaN, alpha,
                   options_.compatPbrtV3 ? ScaleTilt::PbrtV3 : ScaleTilt::RootToTip);
 }

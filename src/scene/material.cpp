@@ -1,6 +1,6 @@
 #include "scene/material.h"
 
-#include "scene/hair_material.h"
+#include "scene/hair_models.h"
 
 #include <functional>
 
@@ -143,11 +143,7 @@ struct MaterialName {
 
 // All of pbrt-v3's materials. A stand-in takes the colour parameters that it shares with the material.
 constexpr MaterialName kMaterials[] = {
-    {"hair",
-     [](const ParamSet &p, const TextureTable &t, const MaterialOptions &o) -> std::unique_ptr<Material> {
-         return std::make_unique<HairMaterial>(p, t, o);
-     },
-     ""},
+    {"hair", MakeHairMaterial, ""},
     {"matte", Make<MatteMaterial>, ""},
     {"plastic", Make<PlasticMaterial>, ""},
     {"mirror", Make<MirrorMaterial>, ""},

@@ -13,6 +13,7 @@ namespace cuticle {
 // Choices that a scene file does not make: the command line does.
 struct MaterialOptions {
     bool compatPbrtV3 = false; // hair as pbrt-v3 has it, where we hold that to be wrong: see HairMaterial
+    std::string hairModel;     // for every hair material, whatever the scene says; "": the scene's
 };
 
 class Material {

@@ -1,0 +1,91 @@
+//> Blur with Gaussians, on a line and on a circle
+// For the models that came before a spherical lobe. T is float or double.
+#pragma once
+
+#include "fibers/hair_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cuticle {
+
+//> Evaluate the unit-area Gaussian $g(\beta; x)$
+template <typename T>
+T Gaussian(T beta, T x) {
+    const T z = x / beta;
+    return std::exp(-z * z / 2) / (beta * std::sqrt(2 * kPi<T>));
+}
+//<
+
+//> Wrap the Gaussian around a circle
+// d'Eon et al. 2011, equation 11: sum over k of g(beta; x - 2 pi k), any x, any beta > 0. Narrow: the nearest image and
+// its two neighbours. Wide: Poisson's sum of the same, whose terms are the cosines damped by exp(-n^2 beta^2 / 2).
+// Either is exact to 1e-16 on its side of beta = 1.1.
+template <typename T>
+T GaussianDetector(T beta, T x) {
+    const T turn = 2 * kPi<T>, d = x - turn * std::nearbyint(x / turn);
+    if (beta < T(0.35L)) // the neighbours are below exp(-40)
+        return Gaussian(beta, d);
+    if (beta < T(1.1L))
+        return Gaussian(beta, d) + Gaussian(beta, d - turn) + Gaussian(beta, d + turn);
+    T sum = T(0.5L);
+    for (int n = 1; n <= 8; ++n)
+        sum += std::exp(-T(n * n) * beta * beta / 2) * std::cos(T(n) * d);
+    return sum / kPi<T>;
+}
+//<
+
+//> Invert the error function
+// x in (-1, 1), clamped to the nearest numbers inside: a start that is good to 2e-3 (Winitzki 2008), then two steps of
+// Halley's method.
+template <typename T>
+T InverseErf(T x) {
+    const T edge = 1 - std::numeric_limits<T>::epsilon() / 2;
+    x = std::clamp(x, -edge, edge);
+    const T log = std::log1p(-x * x), a = T(0.147L), b = 2 / (kPi<T> * a) + log / 2;
+    T y = std::copysign(std::sqrt(std::max(T(0), std::sqrt(b * b - log / a) - b)), x);
+    for (int step = 0; step < 2; ++step) {
+        const T miss = (std::erf(y) - x) * std::sqrt(kPi<T>) / 2 * std::exp(y * y);
+        y -= miss / (1 + y * miss);
+    }
+    return y;
+}
+//<
+
+//> Cut a Gaussian to an interval, and draw from it
+// Of the given mean and standard deviation on [low, high], normalised there. mass: how much of the whole Gaussian lies
+// inside. Below 1e-6 the interval counts as missed: Density is 0, Sample gives the end nearer to the mean.
+template <typename T>
+class TruncatedGaussian {
+  public:
+    TruncatedGaussian(T mean, T sigma, T low, T high)
+        : mean_(mean), sigma_(sigma), low_(low), high_(high),
+          erfLow_(std::erf((low - mean) / (sigma * std::sqrt(T(2))))),
+          erfHigh_(std::erf((high - mean) / (sigma * std::sqrt(T(2))))), mass((erfHigh_ - erfLow_) / 2) {}
+    T Density(T x) const {
+        return mass < T(1e-6L) || x < low_ || x > high_ ? T(0) : Gaussian(sigma_, x - mean_) / mass;
+    }
+    T Sample(T u) const {
+        const T x = mean_ + sigma_ * std::sqrt(T(2)) * InverseErf(erfLow_ + u * (erfHigh_ - erfLow_));
+        return std::clamp(x, low_, high_);
+    }
+
+  private:
+    T mean_, sigma_, low_, high_, erfLow_, erfHigh_;
+
+  public:
+    const T mass;
+};
+//<
+
+//> Draw $\theta$ with a density proportional to $\cos^2 \theta \, d\theta$
+// What a diffuse fiber sends out: sin theta is a coordinate of a point that is uniform in the unit disk.
+template <typename T>
+SinCosine<T> SampleCosineSquared(T u, T v) {
+    const T r = std::sqrt(u), a = 2 * kPi<T> * v, x = r * std::cos(a), y = r * std::sin(a);
+    return {x, std::sqrt((1 - u) + y * y)};
+}
+//<
+
+} // namespace cuticle
+//<

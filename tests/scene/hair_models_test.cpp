@@ -1,0 +1,70 @@
+// Which model of a fiber a scene gets, and what it is told.
+#include "scene/hair_models.h"
+
+#include "core/error.h"
+#include "scene/parser.h"
+
+#include <gtest/gtest.h>
+
+namespace cuticle {
+namespace {
+
+// The one hair material of a scene with these parameters.
+std::unique_ptr<Material> HairOf(const std::string &parameters, const std::string &override = "") {
+    const SceneDescription scene = ParseSceneText(
+        "WorldBegin\nMaterial \"hair\" " + parameters + "\nShape \"sphere\"\nWorldEnd\n", "scene.pbrt");
+    const TextureTable textures(scene.floatTextures, scene.spectrumTextures);
+    MaterialOptions options;
+    options.hairModel = override;
+    return MakeMaterial(scene.materials[static_cast<size_t>(scene.shapes[0].state.material)], textures,
+                        options);
+}
+
+SurfaceInteraction OnFiber(float v) {
+    SurfaceInteraction si;
+    si.uv = {0.5f, v};
+    si.isCurve = true;
+    return si;
+}
+
+Spectrum Value(const std::string &parameters, const std::string &override = "") {
+    BSDF bsdf;
+    HairOf(parameters, override)->MakeBSDF(OnFiber(0.3f), &bsdf);
+    bsdf.SetFrame({}, {0, 0, 1});
+    EXPECT_TRUE(bsdf.IsHair());
+    EXPECT_TRUE(bsdf.HasNonSpecular());
+    float pdf = 0;
+    return bsdf.FCos({0.1f, 0.6f, std::sqrt(1 - 0.37f)}, {-0.2f, -0.5f, std::sqrt(1 - 0.29f)}, &pdf);
+}
+
+TEST(HairModels, NamesAndErrors) {
+    for (const std::string_view name : HairModelNames())
+        EXPECT_GT(Value("\"string model\" \"" + std::string(name) + "\"").y(), 0) << name;
+    try {
+        HairOf("\"string model\" \"chang\"");
+        FAIL();
+    } catch (const Error &e) {
+        EXPECT_STREQ(e.what(),
+                     "scene.pbrt:2:17: error: unknown hair model \"chang\". Did you mean \"chiang\"?");
+    }
+}
+
+TEST(HairModels, TheDefaultIsChiang) { EXPECT_EQ(Value(""), Value("\"string model\" \"chiang\"")); }
+
+// The command line's choice is the scene's with another name.
+TEST(HairModels, OverrideIsTheScenesChoice) {
+    for (const std::string_view name : HairModelNames())
+        EXPECT_EQ(Value("\"float beta_m\" 0.2", std::string(name)),
+                  Value("\"float beta_m\" 0.2 \"string model\" \"" + std::string(name) + "\""));
+}
+
+// A parameter of another model is reported as without use.
+TEST(HairModels, ForeignParametersWarn) {
+    SetStrictWarnings(true);
+    EXPECT_THROW(HairOf("\"float exponent\" 20"), Error);
+    EXPECT_NO_THROW(HairOf("\"float exponent\" 20 \"string model\" \"kajiya-kay\""));
+    SetStrictWarnings(false);
+}
+
+} // namespace
+} // namespace cuticle
