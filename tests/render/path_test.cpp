@@ -299,8 +299,7 @@ TEST(HairMaterial, ColoursHavePbrtsPrecedence) {
         const SceneDescription d = ParseSceneText(
             "WorldBegin Material \"hair\" " + hair + " Shape \"sphere\" WorldEnd", "test.pbrt");
         const MaterialEntity &entity = d.materials.back();
-        return HairMaterial(entity.params, TextureTable(d.floatTextures, d.spectrumTextures), {})
-            .SigmaA({}, 0.3f);
+        return HairColor(entity.params, TextureTable(d.floatTextures, d.spectrumTextures)).SigmaA({}, 0.3f);
     };
     EXPECT_EQ(sigmaA("\"rgb sigma_a\" [1 2 3]"), Spectrum(1, 2, 3));
     EXPECT_EQ(sigmaA("\"rgb sigma_a\" [1 2 3] \"rgb color\" [.1 .1 .1]"), Spectrum(1, 2, 3));
