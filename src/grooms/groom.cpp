@@ -3,6 +3,7 @@
 #include "core/error.h"
 
 #include <algorithm>
+#include <tbb/parallel_for.h>
 
 namespace cuticle {
 
@@ -324,12 +325,28 @@ size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options) {
 
 void ForEachSegment(const Groom &groom, const SegmentOptions &options,
                     const std::function<void(const BezierSegment &, size_t strand)> &emit) {
-    std::vector<BezierSegment> pieces;
-    for (size_t strand = 0; strand < groom.StrandCount(); ++strand) {
-        pieces.clear();
-        AppendSegments(groom, strand, options, &pieces);
-        for (const BezierSegment &s : pieces)
-            emit(s, strand);
+    // Batches made in parallel and handed on in order, so that memory stays small
+    constexpr size_t kChunk = 256, kChunks = 64;
+    struct Pieces {
+        std::vector<BezierSegment> all;
+        std::vector<size_t> ends; // by strand of the chunk
+    };
+    std::vector<Pieces> chunks(kChunks);
+    for (size_t begin = 0; begin < groom.StrandCount(); begin += kChunk * kChunks) {
+        tbb::parallel_for(size_t(0), kChunks, [&](size_t c) {
+            Pieces &pieces = chunks[c];
+            pieces.all.clear();
+            pieces.ends.clear();
+            const size_t last = std::min(groom.StrandCount(), begin + (c + 1) * kChunk);
+            for (size_t strand = begin + c * kChunk; strand < last; ++strand) {
+                AppendSegments(groom, strand, options, &pieces.all);
+                pieces.ends.push_back(pieces.all.size());
+            }
+        });
+        for (size_t c = 0; c < kChunks; ++c)
+            for (size_t i = 0, k = 0; k < chunks[c].ends.size(); ++k)
+                for (; i < chunks[c].ends[k]; ++i)
+                    emit(chunks[c].all[i], begin + c * kChunk + k);
     }
 }
 

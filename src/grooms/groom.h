@@ -92,7 +92,7 @@ void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &opt
 // So many pieces come from a groom whose strands all have points and no coincident ones: what to reserve.
 size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options);
 
-// Calls emit(segment, strand) for all pieces of all strands in order.
+// Calls emit(segment, strand) for all pieces of all strands in order, from this thread; the pieces are made in parallel.
 void ForEachSegment(const Groom &groom, const SegmentOptions &options,
                     const std::function<void(const BezierSegment &, size_t strand)> &emit);
 
