@@ -17,7 +17,7 @@ namespace {
 
 struct GroomArguments {
     std::string kind, style, input, output, mesh;
-    std::map<std::string, std::string> values; // groom parameters that were given
+    std::map<std::string, std::string> values, colorValues; // groom parameters that were given
     PbrtCurveOptions curves;
     std::string spline, colors = "keep";
     float width = 0;
@@ -61,6 +61,8 @@ std::string HeaderComment(const GroomArguments &a, const GroomParams *params) {
             const std::string value = CLI::detail::to_string(GetGroomParam(*params, info.name));
             text += " " + OptionName(info.name) + " " + value;
         }
+    for (const auto &[name, value] : a.colorValues)
+        text += " " + OptionName(name) + " " + value;
     text += a.kind == "head"
                 ? "\n# Units: cm; y up, the face looks along +z, the origin lies between the ears.\n"
                 : "\n";
@@ -72,6 +74,8 @@ void RunProcedural(const GroomArguments &a) {
     GroomParams params = MakeGroomParams(a.kind, a.style);
     for (const auto &[name, value] : a.values)
         SetGroomParam(&params, name, value);
+    for (const auto &[name, value] : a.colorValues)
+        SetGroomColor(&params, name, value);
     if (!a.mesh.empty() && !a.mesh.ends_with(".ply"))
         throw Error("the mesh's name \"" + a.mesh + "\" must end in .ply");
     const std::unique_ptr<StrandSource> source = MakeStrandSource(params);
@@ -98,10 +102,12 @@ void RunProcedural(const GroomArguments &a) {
             out.Write("Shape \"sphere\" \"float radius\" " + CLI::detail::to_string(params.radius) + "\n");
         out.Write("AttributeEnd\n");
     }
+    PbrtCurveOptions curves = a.curves;
+    curves.colors = source->HasColors();
     PbrtCurveCounts counts;
     constexpr size_t kBatch = 16384; // so that memory stays small whatever the number of strands
     for (size_t begin = 0; begin < source->StrandCount(); begin += kBatch)
-        WritePbrtCurves(source->Range(begin, begin + kBatch), a.curves, &out, &counts);
+        WritePbrtCurves(source->Range(begin, begin + kBatch), curves, &out, &counts);
     const uint64_t bytes = out.BytesWritten();
     out.Commit();
     Report(a, counts, bytes);
@@ -196,6 +202,13 @@ void AddProceduralCommand(CLI::App &groom, const std::string &kind, const std::s
                 std::string(info.help) + " [" + defaults + "]")
             ->type_name(whole ? "INT" : "FLOAT");
     }
+    for (const GroomColorInfo &info : GroomColorTable())
+        command
+            ->add_option_function<std::string>(
+                OptionName(info.name),
+                [a, name = std::string(info.name)](const std::string &v) { a->colorValues[name] = v; },
+                std::string(info.help))
+            ->type_name("R,G,B");
     command->footer("Example: " + example);
     command->callback([a] { RunProcedural(*a); });
 }

@@ -47,9 +47,22 @@ constexpr GroomParamInfo kTable[] = {
     {"part", &GroomParams::part, -7, 7, "head", "where the hair parts: cm to the head's left of its middle"},
     {"level", &GroomParams::level, 0, 1, "head",
      "0: all hairs as long, in layers; 1: cut to end at one height"},
+    {"color_from", &GroomParams::colorFrom, 0, 1, "all",
+     "where along a hair tip_color begins, as a fraction of its length (a little different for each)"},
+    {"color_variation", &GroomParams::colorVariation, 0, 1, "all",
+     "how much lighter and darker single hairs are (of those with root_color)"},
+    {"grey", &GroomParams::grey, 0, 1, "all",
+     "fraction of the hairs that are white (of those with root_color)"},
     {"radius", &GroomParams::radius, 1e-3, 1e6, "fur-ball ball",
      "radius of the skin under the fur; of the ball"},
     {"side", &GroomParams::side, 1e-3, 1e6, "hair-cube", "side of the hair cube"},
+};
+
+constexpr GroomColorInfo kColors[] = {
+    {"root_color", &GroomParams::rootColor,
+     "colour of the hair, 0 to 1 each; a hair material shows it by a texture \"strandcolor\""},
+    {"tip_color", &GroomParams::tipColor,
+     "colour that the lengths are dyed with, 0 to 1 each (with root_color)"},
 };
 
 template <size_t n>
@@ -79,6 +92,7 @@ bool GroomReads(std::string_view kind, const GroomParamInfo &info) {
 }
 
 std::span<const GroomParamInfo> GroomParamTable() { return kTable; }
+std::span<const GroomColorInfo> GroomColorTable() { return kColors; }
 std::span<const std::string_view> GroomKinds() { return kKinds; }
 std::span<const std::string_view> HeadStyles() { return kStyles; }
 
@@ -178,6 +192,32 @@ void SetGroomParam(GroomParams *params, std::string_view name, const std::string
     if (status != std::errc() || stop != end)
         throw Error("groom parameter \"" + std::string(name) + "\" must be a number, not \"" + value + "\"");
     SetGroomParam(params, name, v);
+}
+
+void SetGroomColor(GroomParams *params, std::string_view name, const Spectrum &value) {
+    const auto *info = std::find_if(std::begin(kColors), std::end(kColors),
+                                    [&](const GroomColorInfo &c) { return c.name == name; });
+    if (info == std::end(kColors))
+        throw Error("unknown groom colour \"" + std::string(name) + "\"");
+    for (int c = 0; c < 3; ++c)
+        if (!(value[c] >= 0 && value[c] <= 1))
+            throw Error("groom parameter \"" + std::string(name) +
+                        "\" is a colour of numbers from 0 to 1, not " +
+                        Number(static_cast<double>(value[c])));
+    params->*(info->member) = value;
+}
+
+void SetGroomColor(GroomParams *params, std::string_view name, const std::string &value) {
+    Spectrum color;
+    const char *at = value.data(), *end = at + value.size();
+    for (int c = 0; c < 3; ++c) {
+        const auto [stop, status] = std::from_chars(at, end, color[c]);
+        at = stop;
+        if (status != std::errc() || (c < 2 ? at == end || *at++ != ',' : at != end))
+            throw Error("groom parameter \"" + std::string(name) + "\" must be three numbers R,G,B, not \"" +
+                        value + "\"");
+    }
+    SetGroomColor(params, name, color);
 }
 
 double GetGroomParam(const GroomParams &params, std::string_view name) {

@@ -1,7 +1,10 @@
 // What a procedural groom is made from: one table serves the command line and the scene language.
 #pragma once
 
+#include "core/color.h"
+
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,8 +37,14 @@ struct GroomParams {
     float part = 2;
     float level = 0.6f;
 
-    float radius = 1; // of the fur ball's skin, of the ball
-    float side = 2;   // of the hair cube
+    // Colours, linear RGB of a mass of such hair; without rootColor the strands have none of their own. Hair is dyed with
+    // tipColor from about colorFrom of its length on.
+    std::optional<Spectrum> rootColor, tipColor;
+    float colorFrom = 0.4f;
+    float colorVariation = 0.15f; // of the absorption, from hair to hair
+    float grey = 0;               // fraction of the hairs that have no pigment
+    float radius = 1;             // of the fur ball's skin, of the ball
+    float side = 2;               // of the hair cube
 };
 
 // One parameter: its name in a scene file ("curl_radius"; the command line says --curl-radius), where it is
@@ -50,6 +59,14 @@ struct GroomParamInfo {
 std::span<const GroomParamInfo> GroomParamTable();
 // Whether a kind of groom reads that parameter.
 bool GroomReads(std::string_view kind, const GroomParamInfo &info);
+
+// The colours among the parameters, which every kind of groom reads: "root_color", "tip_color".
+struct GroomColorInfo {
+    std::string_view name;
+    std::optional<Spectrum> GroomParams::*member;
+    std::string_view help;
+};
+std::span<const GroomColorInfo> GroomColorTable();
 
 // The kinds, and the styles of a head.
 std::span<const std::string_view> GroomKinds();
@@ -66,6 +83,9 @@ const GroomParamInfo &FindGroomParam(std::string_view name, std::string_view kin
 // belongs, or text that is no number.
 void SetGroomParam(GroomParams *params, std::string_view name, double value);
 void SetGroomParam(GroomParams *params, std::string_view name, const std::string &value);
+// A colour of the table; three numbers from 0 to 1, in text "R,G,B". Throws Error as above.
+void SetGroomColor(GroomParams *params, std::string_view name, const Spectrum &value);
+void SetGroomColor(GroomParams *params, std::string_view name, const std::string &value);
 double GetGroomParam(const GroomParams &params, std::string_view name);
 
 } // namespace cuticle

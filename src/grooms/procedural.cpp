@@ -12,7 +12,14 @@ namespace cuticle {
 namespace {
 
 // The streams of random numbers, so that no two things share one.
-enum Stream : uint64_t { kGuideStream = 1, kStrandStream, kNoiseStream, kBallStream, kOffsetStream };
+enum Stream : uint64_t {
+    kGuideStream = 1,
+    kStrandStream,
+    kNoiseStream,
+    kBallStream,
+    kOffsetStream,
+    kColorStream
+};
 
 float SmoothStep(float a, float b, float v) {
     const float t = std::clamp((v - a) / (b - a), 0.f, 1.f);
@@ -102,9 +109,7 @@ void FinishGuide(const std::vector<Point3f> &path, const Normal3f &start, Guide 
 // What heads and fur share: strands between guides, drawn into locks, curled, frizzed.
 class LockSource : public StrandSource {
   public:
-    explicit LockSource(const GroomParams &params) : params_(params) {
-        width_ = {params.width * params.widthScale, params.width * params.widthScale * params.tip};
-    }
+    explicit LockSource(const GroomParams &params) : StrandSource(params), params_(params) {}
     size_t StrandCount() const override { return static_cast<size_t>(params_.strands); }
     size_t PointsPerStrand() const override { return static_cast<size_t>(segments_) + 1; }
 
@@ -438,11 +443,9 @@ class FurBallSource final : public LockSource {
 class HairCubeSource final : public StrandSource {
   public:
     explicit HairCubeSource(const GroomParams &params)
-        : side_(params.side), segments_(std::max(1, params.segments)),
+        : StrandSource(params), side_(params.side), segments_(std::max(1, params.segments)),
           n_(std::max<size_t>(
-              1, static_cast<size_t>(std::lround(std::sqrt(static_cast<double>(params.strands)))))) {
-        width_ = {params.width * params.widthScale, params.width * params.widthScale * params.tip};
-    }
+              1, static_cast<size_t>(std::lround(std::sqrt(static_cast<double>(params.strands)))))) {}
     size_t StrandCount() const override { return n_ * n_; }
     size_t PointsPerStrand() const override { return static_cast<size_t>(segments_) + 1; }
     void Strand(size_t index, Point3f *points) const override {
@@ -467,9 +470,7 @@ class HairCubeSource final : public StrandSource {
 class BallSource final : public StrandSource {
   public:
     explicit BallSource(const GroomParams &params)
-        : params_(params), segments_(params.segments > 0 ? params.segments : 8) {
-        width_ = {params.width * params.widthScale, params.width * params.widthScale * params.tip};
-    }
+        : StrandSource(params), params_(params), segments_(params.segments > 0 ? params.segments : 8) {}
     size_t StrandCount() const override { return static_cast<size_t>(params_.strands); }
     size_t PointsPerStrand() const override { return static_cast<size_t>(segments_) + 1; }
     void Strand(size_t index, Point3f *points) const override {
@@ -501,6 +502,30 @@ class BallSource final : public StrandSource {
 
 } // namespace
 
+StrandSource::StrandSource(const GroomParams &params)
+    : width_{params.width * params.widthScale, params.width * params.widthScale * params.tip},
+      colors_(params) {}
+
+void StrandSource::Colors(size_t index, Spectrum *colors) const {
+    const HashStream r(static_cast<uint64_t>(colors_.seed), kColorStream, index);
+    // Without pigment hair is not quite clear
+    constexpr float kWhite[3] = {0.9f, 0.89f, 0.86f};
+    const bool grey = r.Uniform(0) < colors_.grey;
+    // The logarithm of a colour goes with the root of the absorption: a power of the colour is more or less of the pigment
+    const float power = std::sqrt(std::max(0.f, 1 + colors_.colorVariation * r.Signed(1)));
+    const float from = colors_.colorFrom + 0.12f * r.Signed(2);
+    const size_t n = PointsPerStrand();
+    for (size_t k = 0; k < n; ++k) {
+        const float along = n > 1 ? static_cast<float>(k) / static_cast<float>(n - 1) : 0;
+        const float dyed = colors_.tipColor ? SmoothStep(from - 0.12f, from + 0.12f, along) : 0;
+        for (int c = 0; c < 3; ++c) {
+            const float own = grey ? kWhite[c] : (*colors_.rootColor)[c];
+            const float color = Lerp(dyed, own, dyed > 0 ? (*colors_.tipColor)[c] : own);
+            colors[k][c] = std::pow(color, power);
+        }
+    }
+}
+
 Groom StrandSource::Range(size_t begin, size_t end) const {
     end = std::min(end, StrandCount());
     begin = std::min(begin, end);
@@ -515,7 +540,14 @@ Groom StrandSource::Range(size_t begin, size_t end) const {
     groom.width = width_[0];
     if (width_[0] != width_[1])
         groom.strandWidths.assign(n, width_);
-    tbb::parallel_for(size_t(0), n, [&](size_t i) { Strand(begin + i, groom.points.data() + i * run); });
+    groom.hasColor = HasColors();
+    if (HasColors())
+        groom.pointColors.resize(n * run);
+    tbb::parallel_for(size_t(0), n, [&](size_t i) {
+        Strand(begin + i, groom.points.data() + i * run);
+        if (HasColors())
+            Colors(begin + i, groom.pointColors.data() + i * run);
+    });
     return groom;
 }
 
@@ -530,6 +562,15 @@ std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params) {
         if (GroomReads(params.kind, info))
             SetGroomParam(&checked, info.name, value);
     }
+    for (const GroomColorInfo &info : GroomColorTable())
+        if (const std::optional<Spectrum> &color = params.*(info.member))
+            SetGroomColor(&checked, info.name, *color);
+    if (checked.tipColor && !checked.rootColor)
+        throw Error("groom parameter \"tip_color\" dyes hair that has a \"root_color\"; give that as well");
+    if (checked.grey > 0 && !checked.rootColor)
+        Warning("grey hair without a colour",
+                "groom parameter \"grey\" is for hair that has a \"root_color\"; without "
+                "it the material alone gives the colour, of all hairs");
     if (checked.kind == "head")
         return std::make_unique<HeadSource>(checked);
     if (checked.kind == "fur-ball")

@@ -21,9 +21,17 @@ class StrandSource {
     std::array<float, 2> Width() const { return width_; }
     // The strands [begin, end), made in parallel.
     Groom Range(size_t begin, size_t end) const;
+    // Linear RGB of the points of one strand; only where HasColors().
+    void Colors(size_t index, Spectrum *colors) const;
+    bool HasColors() const { return colors_.rootColor.has_value(); }
 
   protected:
+    // Takes widths and colours.
+    explicit StrandSource(const GroomParams &params);
+
+  private:
     std::array<float, 2> width_{};
+    GroomParams colors_;
 };
 
 // Throws Error for parameters out of the table's ranges or a kind or style that does not exist.

@@ -237,8 +237,8 @@ class Scene::Builder {
         return mesh;
     }
 
-    // The parameters of Shape "groom": the same table as the command line's.
-    static GroomParams ReadGroomParams(const ParamSet &p) {
+    // Shape "groom": the parameters are the same table as the command line's.
+    static Groom GrowGroom(const ParamSet &p) {
         const std::string kind = p.FindString("kind", "head");
         GroomParams params = MakeGroomParams(kind, p.FindString("style", ""));
         for (const GroomParamInfo &info : GroomParamTable())
@@ -247,7 +247,10 @@ class Scene::Builder {
                               std::holds_alternative<int GroomParams::*>(info.member)
                                   ? static_cast<double>(p.FindInt(info.name, 0))
                                   : static_cast<double>(p.FindFloat(info.name, 0)));
-        return params;
+        for (const GroomColorInfo &info : GroomColorTable())
+            if (p.Find(info.name))
+                SetGroomColor(&params, info.name, p.FindSpectrum(info.name, Spectrum(0)));
+        return MakeGroom(params);
     }
 
     // The strands of a file, and how its curves are to be made.
@@ -279,7 +282,7 @@ class Scene::Builder {
         auto widthScale = static_cast<float>(std::cbrt(std::abs(toWorld.Determinant())));
         SegmentOptions options;
         const Groom groom = shape.type == "hairfile" ? ReadHairFileShape(shape.params, &options, &widthScale)
-                                                     : MakeGroom(ReadGroomParams(shape.params));
+                                                     : GrowGroom(shape.params);
         if (!MaterialOf(shape.state))
             return;
         const auto group = static_cast<uint32_t>(description_.curveGroups.size());

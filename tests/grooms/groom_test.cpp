@@ -92,7 +92,7 @@ TEST(Groom, DegenerateStrands) {
     // Doubled points vanish, all else stays finite, back-and-forth included.
     const std::vector<Point3f> p{{0, 0, 0}, {0, 0, 0}, {1, 0, 0},      {0, 0, 0},
                                  {1, 0, 0}, {1, 0, 0}, {1e-30f, 0, 0}, {1e15f, 0, 0}};
-    for (const StrandSpline spline : {StrandSpline::CatmullRom, StrandSpline::BSpline})
+    for (const StrandSpline spline : {StrandSpline::CatmullRom, StrandSpline::BSpline, StrandSpline::Linear})
         for (const int n : {0, 1, 9}) {
             s.clear();
             AppendSegments(p, std::vector<float>(p.size(), 1.f), {spline, n}, &s);
@@ -124,6 +124,55 @@ TEST(Groom, ResamplingSpacesEvenlyAndKeepsTheLength) {
         EXPECT_NEAR(q[i].Length(), 10, 2e-3);
         EXPECT_NEAR(v[i], 1 - static_cast<float>(i) / 10, 5e-3f);
     }
+}
+
+// What a piece says of its place on the strand: points that were passed over are counted, and colours follow.
+TEST(Groom, PiecesKnowTheirPlaceOnTheStrand) {
+    Groom g;
+    g.points = {{0, 0, 0}, {0, 1, 0}, {0, 1, 0}, {0, 2, 0}, {0, 3, 0}};
+    g.strandOffsets = {0, 5};
+    for (int i = 0; i < 5; ++i)
+        g.pointColors.push_back(Spectrum(static_cast<float>(i)));
+    for (const StrandSpline spline :
+         {StrandSpline::CatmullRom, StrandSpline::BSpline, StrandSpline::Linear}) {
+        std::vector<BezierSegment> s;
+        AppendSegments(g, 0, {spline, 0}, &s);
+        ASSERT_EQ(s.size(), 3u);
+        EXPECT_EQ(s[0].at[0], 0);
+        EXPECT_EQ(s[1].at[0], 1);
+        EXPECT_EQ(s[1].at[1], 3);
+        EXPECT_EQ(s[2].at[1], 4);
+    }
+    std::vector<BezierSegment> s;
+    AppendSegments(g, 0, {StrandSpline::Linear, 6}, &s);
+    ASSERT_EQ(s.size(), 6u);
+    EXPECT_NEAR(s[0].at[1], 0.5f, 1e-3f);
+    EXPECT_NEAR(g.Color(0, s[5].at[0])[0], 3.5f, 1e-3f);
+    EXPECT_EQ(g.Color(0, 4)[1], 4);
+    EXPECT_EQ(g.Color(0, 99)[1], 4) << "beyond the tip is the tip";
+    g.pointColors.clear();
+    EXPECT_EQ(g.Color(0, 2.5f), g.color);
+}
+
+// The pieces of thousands of strands, made in parallel, come in the order of the strands.
+TEST(Groom, SegmentsComeInOrder) {
+    Groom g;
+    for (uint32_t i = 0; i < 40000; ++i) {
+        const auto x = static_cast<float>(i);
+        for (uint32_t k = 0; k < i % 4; ++k) // strands of no piece among them
+            g.points.push_back({x, static_cast<float>(k), 0});
+        g.strandOffsets.push_back(static_cast<uint32_t>(g.points.size()));
+    }
+    size_t last = 0, count = 0;
+    ForEachSegment(g, {}, [&](const BezierSegment &s, size_t strand) {
+        ASSERT_GE(strand, last);
+        ASSERT_EQ(s.cp[0].x, static_cast<float>(strand));
+        last = strand;
+        ++count;
+    });
+    EXPECT_EQ(count, 10000u * (1 + 2));
+    EXPECT_GE(ExpectedSegments(g, {}), count - 10000);
+    EXPECT_EQ(ExpectedSegments(g, {{}, 7}), 7 * 40000u);
 }
 
 TEST(Groom, WidthsAndColours) {

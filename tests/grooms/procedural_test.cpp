@@ -208,6 +208,46 @@ TEST(Procedural, WidthsTaperAndScale) {
     EXPECT_LT(g.Width(4, 8), g.Width(4, 0));
 }
 
+// Colours: none unless asked for, from root to tip, a part of the hairs without pigment.
+TEST(Procedural, ColorsGoFromRootToTip) {
+    GroomParams p = Small(kHeads[0], 4000);
+    EXPECT_FALSE(MakeGroom(p).hasColor);
+    EXPECT_TRUE(MakeGroom(p).pointColors.empty());
+    p.tipColor = Spectrum(0.1f, 0.4f, 0.9f);
+    EXPECT_THROW(MakeGroom(p), Error) << "dye on no hair";
+    p.rootColor = Spectrum(0.2f, 0.1f, 0.05f);
+    p.colorVariation = 0;
+    Groom g = MakeGroom(p);
+    ASSERT_TRUE(g.hasColor);
+    for (size_t i = 0; i < g.StrandCount(); ++i) {
+        EXPECT_EQ(g.Color(i, 0), *p.rootColor);
+        EXPECT_EQ(g.Color(i, 1e9f), *p.tipColor);
+    }
+    EXPECT_EQ(g.points, MakeGroom(Small(kHeads[0], 4000)).points) << "colours move no hair";
+    // Grey hairs: a binomial count, four standard deviations
+    p.tipColor.reset();
+    p.grey = 0.3f;
+    g = MakeGroom(p);
+    size_t grey = 0;
+    for (size_t i = 0; i < g.StrandCount(); ++i)
+        grey += g.Color(i, 0)[0] > 0.5f;
+    EXPECT_NEAR(static_cast<double>(grey), 0.3 * 4000, 4 * std::sqrt(4000 * 0.3 * 0.7));
+    // The variation is of the absorption, (ln c)^2: its mean stays, its range is what was asked for
+    p.grey = 0;
+    p.colorVariation = 0.4f;
+    g = MakeGroom(p);
+    double mean = 0;
+    for (size_t i = 0; i < g.StrandCount(); ++i) {
+        const double absorption = Sqr(std::log(static_cast<double>(g.Color(i, 0)[1])) / std::log(0.1));
+        EXPECT_GT(absorption, 0.599);
+        EXPECT_LT(absorption, 1.401);
+        mean += absorption / 4000;
+    }
+    EXPECT_NEAR(mean, 1, 4 * 0.4 / std::sqrt(3. * 4000)) << "four standard deviations of the uniform mean";
+    // A range of strands has the colours of the whole
+    EXPECT_EQ(MakeStrandSource(p)->Range(100, 101).pointColors[0], g.Color(100, 0));
+}
+
 TEST(Procedural, FurStandsOnItsBall) {
     const GroomParams p = Small(kAll[3], 2000);
     const Groom g = MakeGroom(p);
@@ -247,6 +287,13 @@ TEST(Procedural, BallStaysInItsBall) {
 }
 
 TEST(Procedural, ParametersAreChecked) {
+    GroomParams colored = MakeGroomParams("ball");
+    SetGroomColor(&colored, "root_color", std::string("0.5,1,0"));
+    EXPECT_EQ(*colored.rootColor, Spectrum(0.5f, 1, 0));
+    for (const char *wrong :
+         {"", "1", "1,1", "1,1,", "1,1,1,", "1,1,1,1", "a,b,c", "1,1,2", "1,1,nan", "-1,0,0"})
+        EXPECT_THROW(SetGroomColor(&colored, "root_color", std::string(wrong)), Error) << wrong;
+    EXPECT_THROW(SetGroomColor(&colored, "mid_color", Spectrum(0.5f)), Error);
     EXPECT_THROW(MakeGroomParams("hat"), Error);
     EXPECT_THROW(MakeGroomParams("head", "permed"), Error);
     EXPECT_THROW(MakeGroomParams("ball", "curly"), Error);
