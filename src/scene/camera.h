@@ -25,7 +25,8 @@ class Camera {
     // pFilm in pixels of the whole picture, (0,0) its upper left corner; uLens in [0,1)^2. The ray starts on
     // the lens; its direction has unit length in world space.
     //
-    // Environment: theta from +y down the rows, phi from +x toward +z along them. Orthographic with a lens: every film
+    // Environment: theta from +y down the rows, phi from +x toward +z along them; against a perspective camera in the same
+    // place the picture is mirrored, as pbrt-v3's. Orthographic with a lens: every film
     // position has a lens of its own around its ray, so that a small lens gives the pinhole's picture. pbrt-v3 puts
     // one lens at the camera's origin for all (its issue 315), which makes a perspective of it, however small the lens.
     Ray GenerateRay(Point2f pFilm, Point2f uLens) const;

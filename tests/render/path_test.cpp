@@ -159,6 +159,31 @@ TEST(Path, DirectLightingIsAPathOfDepthOne) {
     EXPECT_GT(path.value[0], 0.05);
 }
 
+// Every parameter of hair may be a texture: a constant one is the value itself, and one that varies is looked up.
+TEST(HairMaterial, ParametersAreValuesOrTextures) {
+    RenderOptions options;
+    options.spp = 4;
+    const auto picture = [&](const std::string &textures, const std::string &hair) {
+        return RenderText(HairBall(hair, kWhiteDome + " " + textures, 3), options).image.data;
+    };
+    const auto plain = picture("", "\"rgb color\" [.7 .4 .2] \"float beta_m\" .4 \"float beta_n\" .5 "
+                                   "\"float alpha\" 3 \"float eta\" 1.6");
+    const auto constant = [](const std::string &name, const std::string &kind, const std::string &value) {
+        return "Texture \"" + name + "\" \"" + kind + "\" \"constant\" \"" + value + " ";
+    };
+    const std::string names = "\"texture color\" \"c\" \"texture beta_m\" \"m\" \"texture beta_n\" \"n\" "
+                              "\"texture alpha\" \"a\" \"texture eta\" \"e\"";
+    const std::string rest =
+        constant("m", "float", "float value\" .4") + constant("n", "float", "float value\" .5") +
+        constant("a", "float", "float value\" 3") + constant("e", "float", "float value\" 1.6");
+    EXPECT_EQ(picture(constant("c", "color", "rgb value\" [.7 .4 .2]") + rest, names), plain);
+    EXPECT_NE(
+        picture("Texture \"c\" \"color\" \"checkerboard\" \"integer dimension\" 3 \"rgb tex1\" [.7 .4 .2] " +
+                    rest,
+                names),
+        plain);
+}
+
 // A stand-in is said once, with what differs; what has the same picture is not. A picture that is the path tracer's is so bit for
 // bit.
 TEST(MakeIntegrator, NamesAreRenderedReplacedOrRefused) {

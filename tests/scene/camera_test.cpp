@@ -238,6 +238,14 @@ TEST(RealisticCamera, StandsInWithTheLensesFocalLength) {
     EXPECT_NEAR(p.fov, 2 * std::atan(15 * power) * 180 / kPi<double>, 1e-3);
     EXPECT_FLOAT_EQ(p.lensRadius, 0.004f);
     EXPECT_EQ(p.focalDistance, 2);
+    // A photographer's lens: Tronnier's double Gauss (US patent 2673491), scaled to 50 mm
+    std::ofstream(path)
+        << "29.475 3.76 1.67 25.2\n84.83 .12 1 25.2\n19.275 4.025 1.67 23\n40.77 3.275 1.699 23\n"
+           "12.75 5.705 1 18\n0 4.5 0 17.1\n-14.495 1.18 1.603 17\n40.77 6.065 1.658 20\n"
+           "-20.385 .19 1 20\n437.065 3.22 1.717 20\n-39.73 5 1 20\n";
+    const float view = MakeCamera(entity, {300, 400}, 50).Parameters().fov;
+    EXPECT_NEAR(15 / std::tan(Radians(view / 2)), 50, 0.5);
+    EXPECT_EQ(FlushWarnings(), 1u);
     // No file: 50 mm
     EXPECT_NEAR(MakeCamera(OfType("realistic"), {300, 400}, 50).Parameters().fov,
                 Degrees(2 * std::atan(15 / 50.f)), 1e-3);
