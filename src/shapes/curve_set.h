@@ -15,7 +15,7 @@ struct CurveSetOptions {
     // Instruction set of the kernels: "sse2", "avx2" or "avx512". Empty: the environment's CUTICLE_ISA, or else the
     // widest that this processor has. An unknown name, or one that the processor lacks, throws Error.
     std::string isa;
-    // Each segment is held as 2^split pieces, 0 to 3; negative: 2 up to half a million segments, then 1.
+    // Each segment is held as 2^split pieces, 0 to 4; negative: 3 up to half a million segments, then 2.
     int split = -1;
     // A ray that starts on a hair ignores that hair up to this many of its radii, measured across the hair.
     float selfReach = 1.5f;

@@ -33,6 +33,28 @@ CUTICLE_INLINE F Load(const float *p) {
     __builtin_memcpy(&v, p, sizeof(v));
     return v;
 }
+// Whole numbers of 16 bits, as floats.
+template <typename F>
+CUTICLE_INLINE F LoadSmall(const int16_t *p) {
+    typedef int16_t Small __attribute__((vector_size(sizeof(F) / 2)));
+    Small v;
+    __builtin_memcpy(&v, p, sizeof(v));
+    return __builtin_convertvector(v, F);
+}
+#if defined(__AVX2__)
+template <>
+CUTICLE_INLINE __m256 LoadSmall<__m256>(const int16_t *p) {
+    return _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i *>(p))));
+}
+#endif
+#if defined(__AVX512F__)
+template <>
+CUTICLE_INLINE __m512 LoadSmall<__m512>(const int16_t *p) {
+    // the forms without a mask warn of their own registers in g++ 12
+    const __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i *>(p));
+    return _mm512_maskz_cvtepi32_ps(0xffff, _mm512_maskz_cvtepi16_epi32(0xffff, v));
+}
+#endif
 template <typename F>
 CUTICLE_INLINE F Fill(float x) {
     return x - F{};
@@ -510,16 +532,23 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
 
 //> Test the capsules of a leaf
 // One bit for each piece of the group whose capsule the ray meets between nearest and farthest.
-CUTICLE_INLINE uint32_t MeetCapsules(const float *leaf, int n, const Traveller &r, float slack) {
+CUTICLE_INLINE uint32_t MeetCapsules(const LeafFrame &frame, const int16_t *leaf, int n, const Traveller &r,
+                                     float slack) {
     using F = Lanes;
-    const F px = Load<F>(leaf + kP0x * n) - r.of[0], py = Load<F>(leaf + kP0y * n) - r.of[1],
-            pz = Load<F>(leaf + kP0z * n) - r.of[2];
-    const F ex = Load<F>(leaf + kEx * n), ey = Load<F>(leaf + kEy * n), ez = Load<F>(leaf + kEz * n);
-    const F radius = Load<F>(leaf + kRadius * n) + slack;
     //> Resolve the chords across and along the ray
-    const F pa = px * r.xf[0] + py * r.xf[1] + pz * r.xf[2], ea = ex * r.xf[0] + ey * r.xf[1] + ez * r.xf[2];
-    const F pb = px * r.yf[0] + py * r.yf[1] + pz * r.yf[2], eb = ex * r.yf[0] + ey * r.yf[1] + ez * r.yf[2];
-    const F pc = px * r.zf[0] + py * r.zf[1] + pz * r.zf[2], ec = ex * r.zf[0] + ey * r.zf[1] + ez * r.zf[2];
+    const float dx = frame.origin[0] - r.of[0], dy = frame.origin[1] - r.of[1], dz = frame.origin[2] - r.of[2];
+    const auto along = [&](const float *axis, F x, F y, F z) __attribute__((always_inline)) {
+        return x * (axis[0] * frame.scale) + y * (axis[1] * frame.scale) + z * (axis[2] * frame.scale);
+    };
+    const F px = LoadSmall<F>(leaf + kP0x * n), py = LoadSmall<F>(leaf + kP0y * n),
+            pz = LoadSmall<F>(leaf + kP0z * n);
+    const F ex = LoadSmall<F>(leaf + kEx * n), ey = LoadSmall<F>(leaf + kEy * n),
+            ez = LoadSmall<F>(leaf + kEz * n);
+    const F pa = along(r.xf, px, py, pz) + (dx * r.xf[0] + dy * r.xf[1] + dz * r.xf[2]);
+    const F pb = along(r.yf, px, py, pz) + (dx * r.yf[0] + dy * r.yf[1] + dz * r.yf[2]);
+    const F pc = along(r.zf, px, py, pz) + (dx * r.zf[0] + dy * r.zf[1] + dz * r.zf[2]);
+    const F ea = along(r.xf, ex, ey, ez), eb = along(r.yf, ex, ey, ez), ec = along(r.zf, ex, ey, ez);
+    const F radius = LoadSmall<F>(leaf + kRadius * n) * frame.scale + slack;
     //<
     //> Find the chords' points nearest to the ray
     const F zero = Fill<F>(0.f), one = Fill<F>(1.f);
@@ -538,17 +567,20 @@ template <bool Any>
 CUTICLE_INLINE bool MeetLeaf(const Tree &tree, Traveller *r, uint32_t leafRef, Answer *answer) {
     const int n = static_cast<int>((leafRef >> kLeafCountShift) & 15) + 1;
     const unsigned char *data = tree.leaves + kLeafUnit * size_t(leafRef & kLeafPlaceMask);
-    const float *words = reinterpret_cast<const float *>(data);
+    LeafFrame frame;
+    __builtin_memcpy(&frame, data, sizeof(frame));
+    const unsigned char *pieces = data + sizeof(frame);
+    const int16_t *arrays = reinterpret_cast<const int16_t *>(pieces + 4 * n);
     uint32_t bits = 0;
     for (int first = 0; first < n; first += kLanes)
-        bits |= MeetCapsules(words + first, n, *r, tree.slack) << first;
+        bits |= MeetCapsules(frame, arrays + first, n, *r, tree.slack) << first;
     bits &= (2u << (n - 1)) - 1;
     bool hit = false;
     while (bits != 0) {
         const int i = __builtin_ctz(bits);
         bits &= bits - 1;
         uint32_t piece;
-        __builtin_memcpy(&piece, data + 4 * (kPiece * n + i), 4);
+        __builtin_memcpy(&piece, pieces + 4 * i, 4);
         Best best{r->farthest, 0, 0, false};
         MeetPiece(tree, *r, piece, &best);
         if (!best.found)

@@ -27,10 +27,18 @@ struct alignas(64) Node {
     uint32_t child[kWidth];
 };
 
-// The data of a leaf with n pieces: kLeafArrays arrays of n words, with no gap between them. Loads of full registers
-// run over the end of an array; the pool ends in kLeafPadding bytes for that.
-enum LeafArray { kP0x, kP0y, kP0z, kEx, kEy, kEz, kRadius, kPiece, kLeafArrays };
+//<
+
+//> Lay out the leaves of the tree
+// A leaf with n pieces: its frame, n piece numbers, and kLeafArrays arrays of n numbers in 16 bits, with no gap between
+// them. Points are origin + scale * number, vectors and radii scale * number. Loads of full registers run over the end
+// of an array; the pool ends in kLeafPadding bytes for that.
+struct LeafFrame {
+    float origin[3], scale;
+};
+enum LeafArray { kP0x, kP0y, kP0z, kEx, kEy, kEz, kRadius, kLeafArrays };
 inline constexpr size_t kLeafPadding = 64;
+inline constexpr size_t LeafBytes(uint32_t n) { return sizeof(LeafFrame) + n * (4 + 2 * size_t(kLeafArrays)); }
 //<
 
 //> List what a kernel is given
