@@ -15,6 +15,7 @@ static PathIntegrator::Settings PathSettings(const ParamSet &params, bool direct
     if (s.maxDepth < 0)
         throw Error(params.loc, "\"maxdepth\" must be 0 or more, not " + std::to_string(s.maxDepth));
     s.directOnly = directOnly;
+    s.separateLightRay = params.FindBool("separatelightray", false); // ours
     if (directOnly)
         // "all" and "one" have one expected picture; ours chooses one light for each sample.
         (void)params.FindString("strategy", "all");

@@ -24,23 +24,9 @@ Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampl
         const bool found = scene.Intersect(ray, &si);
         //<
         //> Add light that the ray ran into, weighted against light sampling
-        // The balance of two strategies for one and the same light: this ray, with density `bsdfPdf`, and the
-        // light sampling at the surface before, with the density that it would have had for this direction.
-        const auto weight = [&](float lightPdf) {
-            return specularBounce ? 1 : PowerHeuristic(bsdfPdf, lightPdf);
-        };
-        if (!found) {
-            for (int i : scene.InfiniteLights()) {
-                const Light &light = scene.LightAt(i);
-                const float pdf = scene.Lights().Probability(i) * light.Pdf_Li(previousPoint, ray.ray.d);
-                L += beta * light.Le(ray.ray) * weight(pdf);
-            }
-        } else if (si.light >= 0) {
-            const Spectrum Le = scene.AreaLightAt(si.light).L(si.n, -ray.ray.d);
-            if (!Le.IsBlack())
-                L += beta * Le *
-                     weight(scene.Lights().Probability(si.light) * scene.AreaLightPdf(previousPoint, si));
-        }
+        if (!settings_.separateLightRay || specularBounce)
+            L += beta * LightFound(scene, ray.ray, found ? &si : nullptr, previousPoint,
+                                   specularBounce ? nullptr : &bsdfPdf);
         //<
         //> End the path in the void or at its greatest depth
         if (!found || bounces >= settings_.maxDepth)
@@ -64,6 +50,8 @@ Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampl
         bsdf.SetFrame(si.shading, si.n);
         if (bsdf.HasNonSpecular())
             L += beta * SampleLight(si, bsdf, scene, sampler, counts);
+        if (settings_.separateLightRay)
+            L += beta * SampleBSDFForLight(si, bsdf, scene, sampler, counts);
         //<
         //> Choose the next direction by the BSDF
         BSDFSample sample;
@@ -93,6 +81,43 @@ Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampl
     }
     return L;
 }
+
+//> Weigh the light that a ray finds against light sampling
+// The balance of two strategies for one and the same light: this ray, with density `bsdfPdf` (null: light sampling has no
+// chance of finding it), and light sampling at the ray's origin `from`, with the density that it has for this direction.
+Spectrum PathIntegrator::LightFound(const Scene &scene, const Ray &ray, const SurfaceInteraction *surface,
+                                    const Point3f &from, const float *bsdfPdf) {
+    const auto weight = [&](float lightPdf) { return bsdfPdf ? PowerHeuristic(*bsdfPdf, lightPdf) : 1; };
+    Spectrum L;
+    if (!surface) {
+        for (int i : scene.InfiniteLights()) {
+            const Light &light = scene.LightAt(i);
+            L += light.Le(ray) * weight(scene.Lights().Probability(i) * light.Pdf_Li(from, ray.d));
+        }
+    } else if (surface->light >= 0) {
+        const Spectrum Le = scene.AreaLightAt(surface->light).L(surface->n, -ray.d);
+        if (!Le.IsBlack())
+            L = Le * weight(scene.Lights().Probability(surface->light) * scene.AreaLightPdf(from, *surface));
+    }
+    return L;
+}
+//<
+
+//> Look for light with a ray of its own
+// As pbrt-v3 does: a second direction by the BSDF, followed as far as the next surface and no farther.
+Spectrum PathIntegrator::SampleBSDFForLight(const SurfaceInteraction &si, const BSDF &bsdf,
+                                            const Scene &scene, PixelSampler &sampler, RayCounts &counts) {
+    BSDFSample sample;
+    Spectrum throughput;
+    if (!bsdf.Sample_f(si.wo, sampler.Get4D(), &sample, &throughput) || sample.specular)
+        return {};
+    SurfaceInteraction next;
+    ++counts.rays;
+    const SceneRay ray = scene.SpawnRay(si, sample.wi);
+    const bool found = scene.Intersect(ray, &next);
+    return throughput * LightFound(scene, ray.ray, found ? &next : nullptr, si.p, &sample.pdf);
+}
+//<
 
 //> Estimate direct light by choosing a light and a point on it
 Spectrum PathIntegrator::SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,

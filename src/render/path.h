@@ -7,13 +7,14 @@ namespace cuticle {
 
 // Unidirectional path tracing with light sampling, multiple importance sampling and Russian roulette (pbrt-v3's
 // "path"). The ray that continues the path is also the one that looks for lights by BSDF sampling: one ray does
-// both, where pbrt-v3 traces two.
+// both, where pbrt-v3 traces two; separateLightRay takes pbrt-v3's way, with the same expected picture, for comparison.
 class PathIntegrator : public Integrator {
   public:
     struct Settings {
         int maxDepth = 5;        // scattering events after the camera ray; 0: only lights seen directly
         float rrThreshold = 1;   // paths whose throughput falls below it may end by roulette
         bool directOnly = false; // "directlighting": follow only mirrors and glass past the first surface
+        bool separateLightRay = false; // look for lights by BSDF sampling with a ray that ends there
     };
     explicit PathIntegrator(const Settings &settings) : settings_(settings) {}
     Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
@@ -22,6 +23,10 @@ class PathIntegrator : public Integrator {
   private:
     Spectrum SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
                          PixelSampler &sampler, RayCounts &counts) const;
+    static Spectrum SampleBSDFForLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
+                                       PixelSampler &sampler, RayCounts &counts);
+    static Spectrum LightFound(const Scene &scene, const Ray &ray, const SurfaceInteraction *surface,
+                               const Point3f &from, const float *bsdfPdf);
     Settings settings_;
 };
 

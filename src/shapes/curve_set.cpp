@@ -426,7 +426,8 @@ struct Capsule {
     Vector3d p, e; // the chord's beginning and extent
     double radius;
 };
-void WriteLeaf(const std::vector<Capsule> &capsules, const std::vector<uint32_t> &pieces, unsigned char *data) {
+void WriteLeaf(const std::vector<Capsule> &capsules, const std::vector<uint32_t> &pieces,
+               unsigned char *data) {
     //> Choose the frame of a leaf
     Vector3d origin = capsules[0].p;
     for (const Capsule &capsule : capsules)

@@ -536,7 +536,8 @@ CUTICLE_INLINE uint32_t MeetCapsules(const LeafFrame &frame, const int16_t *leaf
                                      float slack) {
     using F = Lanes;
     //> Resolve the chords across and along the ray
-    const float dx = frame.origin[0] - r.of[0], dy = frame.origin[1] - r.of[1], dz = frame.origin[2] - r.of[2];
+    const float dx = frame.origin[0] - r.of[0], dy = frame.origin[1] - r.of[1],
+                dz = frame.origin[2] - r.of[2];
     const auto along = [&](const float *axis, F x, F y, F z) __attribute__((always_inline)) {
         return x * (axis[0] * frame.scale) + y * (axis[1] * frame.scale) + z * (axis[2] * frame.scale);
     };

@@ -38,7 +38,9 @@ struct LeafFrame {
 };
 enum LeafArray { kP0x, kP0y, kP0z, kEx, kEy, kEz, kRadius, kLeafArrays };
 inline constexpr size_t kLeafPadding = 64;
-inline constexpr size_t LeafBytes(uint32_t n) { return sizeof(LeafFrame) + n * (4 + 2 * size_t(kLeafArrays)); }
+inline constexpr size_t LeafBytes(uint32_t n) {
+    return sizeof(LeafFrame) + n * (4 + 2 * size_t(kLeafArrays));
+}
 //<
 
 //> List what a kernel is given

@@ -293,6 +293,32 @@ TEST(Render, CurveConfigurationsAgreeWhereHairsLieFarApart) {
     }
 }
 
+// pbrt-v3's ray of its own for BSDF sampling of lights, and ours that serves the path as well: one expected picture, under
+// a dome and lamps (delta, area) alike, of hair and of glass.
+TEST(Path, OneRayOrTwoMakeOnePicture) {
+    const std::string light =
+        kWhiteDome +
+        " LightSource \"distant\" \"point from\" [1 1 2] \"rgb L\" [1 .5 2] AttributeBegin "
+        "Translate 0 1.5 1 AreaLightSource \"diffuse\" \"rgb L\" [9 9 5] Shape \"sphere\" \"float "
+        "radius\" 0.2 AttributeEnd Material \"glass\" Shape \"sphere\" \"float radius\" 0.3";
+    const std::string one = HairBall("\"float eumelanin\" 0.2", light, 6);
+    std::string two = one;
+    two.insert(two.find("\nWorldBegin"), " \"bool separatelightray\" \"true\"");
+    RenderOptions options;
+    options.variance = true;
+    options.spp = 256;
+    const Rendered a = RenderText(one, options);
+    options.seed = 7;
+    const Rendered b = RenderText(two, options);
+    EXPECT_GT(static_cast<double>(b.stats.rays), 1.3 * static_cast<double>(a.stats.rays));
+    const Mean ma = MeanOf(a.image), mb = MeanOf(b.image);
+    for (size_t c = 0; c < 3; ++c) {
+        const double noise = std::hypot(ma.standardError[c], mb.standardError[c]);
+        EXPECT_LT(noise, 0.01 * ma.value[c]);
+        EXPECT_NEAR(ma.value[c], mb.value[c], 5 * noise) << "channel " << c;
+    }
+}
+
 // A mirror-like black fiber sends light that meets it off its axis to that side (erratum of pbrt-v3's h; see
 // HairMaterial). One thick fiber along y, seen from +z, lit from +x: the lit half must be the one at +x.
 TEST(HairMaterial, TheLitSideFacesTheLight) {
