@@ -187,8 +187,9 @@ CUTICLE_INLINE bool Start(const Tree &tree, const Query &q, Traveller *r) {
     r->length = __builtin_sqrt(d2);
     if (!(d2 > 0 && d2 < 1e300 && __builtin_fabs(r->o[0] + r->o[1] + r->o[2]) < 1e300 && q.tMin < q.tMax))
         return false;
+    const double perLength = 1 / r->length;
     for (int c = 0; c < 3; ++c)
-        r->z[c] = q.d[c] / r->length;
+        r->z[c] = q.d[c] * perLength;
     // The frame of Duff et al. 2017 (Building an Orthonormal Basis, Revisited).
     const double sign = r->z[2] < 0 ? -1 : 1, a = -1 / (sign + r->z[2]), b = r->z[0] * r->z[1] * a;
     r->x[0] = 1 + sign * r->z[0] * r->z[0] * a, r->x[1] = sign * b, r->x[2] = -sign * r->z[0];
@@ -202,11 +203,14 @@ CUTICLE_INLINE bool Start(const Tree &tree, const Query &q, Traveller *r) {
     leave = r->farthest;
     for (int c = 0; c < 3; ++c) {
         const double d = __builtin_fabs(r->z[c]) > 1e-20 ? r->z[c] : __builtin_copysign(1e-20, r->z[c]);
-        const double t0 = (tree.bounds[c] - r->o[c]) / d, t1 = (tree.bounds[3 + c] - r->o[c]) / d;
-        enter = enter > (t0 < t1 ? t0 : t1) ? enter : (t0 < t1 ? t0 : t1);
-        leave = leave < (t0 < t1 ? t1 : t0) ? leave : (t0 < t1 ? t1 : t0);
-        r->inverse[c] = static_cast<float>(1 / d);
-        r->isNegative[c] = d < 0;
+        const double inverse = 1 / d;
+        const bool negative = d < 0;
+        const double in = (tree.bounds[negative ? 3 + c : c] - r->o[c]) * inverse;
+        const double out = (tree.bounds[negative ? c : 3 + c] - r->o[c]) * inverse;
+        enter = in > enter ? in : enter;
+        leave = out < leave ? out : leave;
+        r->inverse[c] = static_cast<float>(inverse);
+        r->isNegative[c] = negative;
     }
     if (!(enter <= leave))
         return false;
