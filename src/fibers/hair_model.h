@@ -285,6 +285,11 @@ T Np(T phi, int p, T s, T gammaO, T gammaT) {
 template <typename T>
 struct FiberAngles {
     T sinTheta, cosTheta, y, z;
+    // The direction of inclination theta that lies phi further around the fiber.
+    CUTICLE_INLINE Vector3<T> Turned(T sin, T cos, T sinPhi, T cosPhi) const {
+        const T scale = cos / std::hypot(y, z);
+        return {sin, scale * (y * cosPhi - z * sinPhi), scale * (z * cosPhi + y * sinPhi)};
+    }
 };
 template <typename T>
 CUTICLE_INLINE FiberAngles<T> AnglesOf(T x, T y, T z) {
@@ -473,8 +478,7 @@ typename HairLobes<T>::Value HairLobes<T>::Sample(const Vector3<T> &wo, std::arr
     const PhiInPlane<T> turn = TurnsOfPaths(h, cosGammaO, inside);
     const T c = std::cos(dPhiQ), d = std::sin(dPhiQ);
     const SinCosine<T> phi = UnitVector(d * turn.cos[q] + c * turn.sin[q], c * turn.cos[q] - d * turn.sin[q]);
-    const T scale = thetaI.cos / std::hypot(o.y, o.z);
-    *wi = {thetaI.sin, scale * (o.y * phi.cos - o.z * phi.sin), scale * (o.z * phi.cos + o.y * phi.sin)};
+    *wi = o.Turned(thetaI.sin, thetaI.cos, phi.sin, phi.cos);
     //<
     //> Evaluate at the sampled angles
     // Not at those of *wi: rounding to a vector would change the azimuth by many parts of a narrow lobe's width.

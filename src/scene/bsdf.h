@@ -4,6 +4,7 @@
 #include "core/color.h"
 #include "fibers/hair.h"
 #include "fibers/kajiya_kay.h"
+#include "fibers/marschner.h"
 
 #include <variant>
 
@@ -118,7 +119,7 @@ class BSDF {
     }
     Frame frame_;
     Normal3f n_;
-    std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF> model_;
+    std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF, MarschnerBSDF> model_;
 };
 
 } // namespace cuticle

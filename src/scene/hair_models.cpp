@@ -56,6 +56,103 @@ class KajiyaKayMaterial : public Material {
     FloatTexture exponent_;
 };
 
+// One of a few names; the first is the default.
+template <class Choice, size_t n>
+Choice ChoiceOf(const ParamSet &params, const char *parameter, const std::array<std::string_view, n> &names) {
+    const std::string name = params.FindString(parameter, std::string(names[0]));
+    for (size_t i = 0; i < n; ++i)
+        if (names[i] == name)
+            return static_cast<Choice>(i);
+    throw Error(params.Find(parameter)->loc, "\"" + std::string(parameter) + "\" cannot be \"" + name +
+                                                 "\"." + Suggestion(name, names.data(), n));
+}
+
+// The standard deviations and shifts of theta_i + theta_o of the lobes R, TT, TRT, degrees: "beta_R" and so on where the
+// scene gives them, times `unit`; else those of the default model.
+class LobeAngles {
+  public:
+    LobeAngles(const ParamSet &params, const TextureTable &textures, float unit) : unit_(unit) {
+        constexpr const char *kBeta[] = {"beta_R", "beta_TT", "beta_TRT"},
+                             *kAlpha[] = {"alpha_R", "alpha_TT", "alpha_TRT"};
+        for (size_t p = 0; p < 3; ++p) {
+            beta_[p] = OwnFloat(params, textures, kBeta[p]);
+            alpha_[p] = OwnFloat(params, textures, kAlpha[p]);
+        }
+    }
+    float Width(size_t p, const TexturePoint &point, float betaM) const {
+        return beta_[p] ? unit_ * beta_[p]->Evaluate(point)
+                        : Degrees(std::sqrt(LongitudinalVariance(std::clamp(betaM, 0.f, 1.f))[p]));
+    }
+    float Shift(size_t p, const TexturePoint &point, float otherwise) const {
+        return alpha_[p] ? unit_ * alpha_[p]->Evaluate(point) : otherwise;
+    }
+
+  private:
+    float unit_;
+    std::array<FloatTexture, 3> beta_, alpha_;
+};
+
+// The standard deviation around the fiber that the default model's logistic has, degrees.
+float AzimuthalWidth(float betaN) {
+    return 180 / std::sqrt(3.f) * AzimuthalScale(std::clamp(betaN, 0.f, 1.f));
+}
+
+constexpr std::array<std::string_view, 2> kLengths = {"chord", "printed"};
+
+// "marschner". Own parameters: Table 1's, angles in degrees of theta_h; Kd; and the choices of MarschnerParameters by name.
+// Derived: beta_R ... from beta_m; alpha_R = -alpha, TT and TRT in Table 1's proportion; w_c is the width that beta_n
+// gives the default model's lobes.
+class MarschnerMaterial : public Material {
+  public:
+    MarschnerMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &)
+        : color_(params, textures), shape_(params, textures), angles_(params, textures, 2),
+          kd_(OwnSpectrum(params, textures, "Kd")), wc_(OwnFloat(params, textures, "w_c")),
+          eccentricity_(OwnFloat(params, textures, "eccentricity")) {
+        choices_.kG = params.FindFloat("k_G", choices_.kG);
+        choices_.etaRange = params.FindFloat("delta_eta", choices_.etaRange);
+        choices_.maxH = params.FindFloat("delta_h_M", choices_.maxH);
+        constexpr std::array<std::string_view, 3> kRoots = {"exact", "cubic", "polished"},
+                                                  kForms = {"full-angle", "half-angle", "spherical"};
+        constexpr LongitudinalForm kFormOf[] = {LongitudinalForm::FullAngle, LongitudinalForm::HalfAngle,
+                                                LongitudinalForm::Spherical};
+        choices_.roots = ChoiceOf<RootMethod>(params, "roots", kRoots);
+        choices_.length = ChoiceOf<SegmentLength>(params, "path", kLengths);
+        choices_.longitudinal = kFormOf[ChoiceOf<size_t>(params, "longitudinal", kForms)];
+        choices_.printedEccentricity = params.FindBool("printed_eccentricity", false);
+    }
+    bool WantsStrandNormals() const override { return eccentricity_ != nullptr; }
+
+    void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const override {
+        const TexturePoint point{si.p, si.uv, si.strandColors};
+        const float betaM = shape_.betaM->Evaluate(point), betaN = shape_.betaN->Evaluate(point);
+        const float alpha = shape_.alpha->Evaluate(point), shift[] = {-2 * alpha, alpha, 3 * alpha};
+        MarschnerParameters p = choices_;
+        p.eta = shape_.eta->Evaluate(point);
+        p.sigmaA = color_.SigmaA(point, betaN).c;
+        for (size_t i = 0; i < 3; ++i) {
+            p.beta[i] = angles_.Width(i, point, betaM) / 2;
+            p.alpha[i] = angles_.Shift(i, point, shift[i]) / 2;
+        }
+        p.wc = wc_ ? wc_->Evaluate(point) : AzimuthalWidth(betaN);
+        if (kd_)
+            p.kd = kd_->Evaluate(point).c;
+        if (eccentricity_) {
+            p.eccentricity = eccentricity_->Evaluate(point);
+            p.axis = Degrees(
+                std::atan2(Dot(si.strandNormal, Vector3f(si.shading.z)), Dot(si.strandNormal, si.shading.y)));
+        }
+        bsdf->SetFiber<MarschnerBSDF>(p);
+    }
+
+  private:
+    HairColor color_;
+    HairShape shape_;
+    LobeAngles angles_;
+    SpectrumTexture kd_;
+    FloatTexture wc_, eccentricity_;
+    MarschnerParameters choices_;
+};
+
 using Maker = std::unique_ptr<Material> (*)(const ParamSet &, const TextureTable &, const MaterialOptions &);
 
 template <class M>
@@ -63,8 +160,8 @@ std::unique_ptr<Material> Make(const ParamSet &p, const TextureTable &t, const M
     return std::make_unique<M>(p, t, o);
 }
 
-constexpr std::string_view kNames[] = {"chiang", "kajiya-kay"};
-constexpr Maker kMakers[] = {Make<HairMaterial>, Make<KajiyaKayMaterial>};
+constexpr std::string_view kNames[] = {"chiang", "kajiya-kay", "marschner"};
+constexpr Maker kMakers[] = {Make<HairMaterial>, Make<KajiyaKayMaterial>, Make<MarschnerMaterial>};
 static_assert(std::size(kNames) == std::size(kMakers));
 
 } // namespace

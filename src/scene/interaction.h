@@ -27,6 +27,7 @@ struct SurfaceInteraction {
     bool isCurve = false;
     CurveOrigin curveOrigin;                    // of a curve: tells a new ray what it starts on
     const StrandColors *strandColors = nullptr; // of a curve whose strand has colours
+    Vector3f strandNormal;                      // of a curve whose material asks: see MakeStrandNormals
     uint32_t geometryId = 0, primId = 0;        // of a solid: see SolidHit
 };
 

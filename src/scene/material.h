@@ -19,6 +19,8 @@ struct MaterialOptions {
 class Material {
   public:
     virtual ~Material() = default;
+    // True if MakeBSDF reads si.strandNormal.
+    virtual bool WantsStrandNormals() const { return false; }
     // Fills the BSDF's model; its frame is already set.
     virtual void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const = 0;
 };

@@ -8,6 +8,7 @@
 #include "scene/parser.h"
 #include "shapes/loop_subdivision.h"
 #include "shapes/ply.h"
+#include "shapes/strand_normals.h"
 
 #include <algorithm>
 
@@ -330,6 +331,9 @@ class Scene::Builder {
         if (anyHidden && curves.ribbonNormals.empty() && scene_.strandColors_.empty())
             std::erase_if(curves.segments,
                           [&](const CurveSegment &s) { return !scene_.curveMaterials_[s.group]; });
+        if (std::any_of(scene_.curveMaterials_.begin(), scene_.curveMaterials_.end(),
+                        [](const Material *m) { return m && m->WantsStrandNormals(); }))
+            scene_.strandNormals_ = MakeStrandNormals(curves.segments);
         scene_.haveCurves_ = !curves.segments.empty();
         if (!scene_.haveCurves_)
             return;
@@ -420,8 +424,9 @@ bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
     if (hitCurve) {
         const CurveSurface s =
             binaryCurves_ ? binaryCurves_->Surface(ray, curve) : curves_.Surface(ray, curve);
-        const uint32_t group = binaryCurves_ ? binaryCurves_->Segment(curve.segment).group
-                                             : curves_.Segment(curve.segment).group;
+        const CurveSegment &segment =
+            binaryCurves_ ? binaryCurves_->Segment(curve.segment) : curves_.Segment(curve.segment);
+        const uint32_t group = segment.group;
         si->t = curve.t;
         si->p = s.p;
         si->pError = {s.pError, s.pError, s.pError};
@@ -433,6 +438,8 @@ bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
         si->isCurve = true;
         si->curveOrigin = {curve.segment, curve.u};
         si->strandColors = strandColors_.empty() ? nullptr : StrandColorsOf(group, curve.segment);
+        if (!strandNormals_.empty())
+            si->strandNormal = StrandNormal(segment, strandNormals_[curve.segment], curve.u, s.tangent);
         return true;
     }
     if (!hitSolid)
@@ -452,6 +459,7 @@ bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
     si->light = solidInfos_[solid.shapeId].light;
     si->isCurve = false;
     si->strandColors = nullptr;
+    si->strandNormal = {};
     si->geometryId = solid.geometryId;
     si->primId = solid.primId;
     return true;
@@ -499,7 +507,8 @@ size_t Scene::Curves() const {
     return binaryCurves_ ? binaryCurves_->SegmentCount() : curves_.SegmentCount();
 }
 size_t Scene::MemoryBytes() const {
-    return solids_.MemoryBytes() + (binaryCurves_ ? binaryCurves_->MemoryBytes() : curves_.MemoryBytes());
+    return solids_.MemoryBytes() + (binaryCurves_ ? binaryCurves_->MemoryBytes() : curves_.MemoryBytes()) +
+           strandNormals_.size() * sizeof(Vector3f);
 }
 const char *Scene::Isa() const { return binaryCurves_ ? "scalar" : curves_.Isa(); }
 

@@ -76,6 +76,7 @@ class Scene {
     std::vector<std::unique_ptr<Material>> materials_;
     std::vector<const Material *> curveMaterials_;           // by curve group
     std::unordered_map<uint32_t, GroupColors> strandColors_; // by curve group, of those that have any
+    std::vector<Vector3f> strandNormals_; // by segment; empty where no material asks for them
     std::vector<SolidInfo> solidInfos_;
     SolidSet solids_;
     bool haveSolids_ = false, haveCurves_ = false;
