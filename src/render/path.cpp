@@ -46,8 +46,8 @@ Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampl
         //<
         //> Compute the BSDF and sample a light
         BSDF bsdf;
-        si.material->MakeBSDF(si, &bsdf);
         bsdf.SetFrame(si.shading, si.n);
+        si.material->MakeBSDF(si, &bsdf);
         if (bsdf.HasNonSpecular())
             L += beta * SampleLight(si, bsdf, scene, sampler, counts);
         if (settings_.separateLightRay)

@@ -20,6 +20,7 @@ struct SurfaceInteraction {
     Normal3f n;                         // geometric, unit length
     Vector3f wo;                        // unit, away from the surface, towards where the ray came from
     Frame shading;                      // x along dpdu (of a fiber: root to tip), z the shading normal
+    Vector3f dpdu, dpdv;                // of a solid, for bump maps
     Point2f uv;                         // of a curve: v across it, so that h = -1 + 2v
     float t = 0;                        // along the ray that found it
     const Material *material = nullptr; // nullptr: pbrt's material "", which light passes

@@ -7,6 +7,7 @@
 #include "scene/texture.h"
 
 #include <memory>
+#include <span>
 
 namespace cuticle {
 
@@ -21,13 +22,22 @@ class Material {
     virtual ~Material() = default;
     // True if MakeBSDF reads si.strandNormal.
     virtual bool WantsStrandNormals() const { return false; }
-    // Fills the BSDF's model; its frame is already set.
+    // Fills the BSDF's model. Its frame is already set; a bump map turns it.
     virtual void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const = 0;
+    // True if the material has a bump map, which curves do not show.
+    virtual bool Bumped() const { return false; }
 };
 
+// The shading frame at si turned by a height over the surface (world units, along the normal): Blinn 1978 as pbrt-v3's
+// Material::Bump, by forward differences. The surface's own curvature is left out of the differences: heights are taken to
+// be small beside its radius. Curves, and places where the height is not finite, keep their frame.
+Frame BumpedFrame(const SurfaceInteraction &si, const Texture<float> &height);
+
 // By the table of names in material.cpp. nullptr for "" and "none". A type that pbrt-v3 knows and we do not render gives
-// one warning and its stated stand-in; an unknown one throws Error with the nearest name.
+// one warning and its stated stand-in; an unknown one throws Error with the nearest name. made: the scene's materials
+// before this one, of which "mix" mixes two (Error where one of them is "" or where they have too many lobes).
 std::unique_ptr<Material> MakeMaterial(const MaterialEntity &entity, const TextureTable &textures,
-                                       const MaterialOptions &options);
+                                       const MaterialOptions &options,
+                                       std::span<const std::unique_ptr<Material>> made = {});
 
 } // namespace cuticle

@@ -1,5 +1,6 @@
 #include "scene/parser.h"
 
+#include "core/metal_spectra.h"
 #include "scene/lexer.h"
 #include "scene/scene_description.h"
 #include "shapes/curve.h"
@@ -840,12 +841,19 @@ void Parser::ToSpectrum(Param *p, Spelling spelling, const Token &declaration,
             auto it = spectrumFiles_.find(path);
             if (it == spectrumFiles_.end()) {
                 std::error_code ec;
-                if (!std::filesystem::exists(path, ec)) {
+                Spectrum s;
+                if (std::filesystem::exists(path, ec)) {
+                    const PlaceScope here(lexer().Loc(at[i]));
+                    s = ReadSPD(path);
+                } else if (auto metal = FindMetalSpectrumByFilename(name)) {
+                    Warning(p->loc, "a metal's spectrum file is missing",
+                            "the spectrum file \"" + path + "\" is missing; the built-in table (" +
+                                std::string(metal->source) + ") is used instead");
+                    s = SpectrumFromSamples(std::move(metal->lambda), std::move(metal->values));
+                } else {
                     missingFile_ = true;
                     Fail(at[i], "cannot open the spectrum file \"" + path + "\": No such file or directory");
                 }
-                const PlaceScope here(lexer().Loc(at[i]));
-                const Spectrum s = ReadSPD(path);
                 it = spectrumFiles_.emplace(path, std::array<double, 3>{s[0], s[1], s[2]}).first;
             }
             p->numbers.insert(p->numbers.end(), it->second.begin(), it->second.end());

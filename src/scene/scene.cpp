@@ -30,7 +30,8 @@ class Scene::Builder {
 
     void Build() {
         for (const MaterialEntity &entity : description_.materials)
-            scene_.materials_.push_back(MakeMaterial(entity, textures_, options_.materials));
+            scene_.materials_.push_back(
+                MakeMaterial(entity, textures_, options_.materials, scene_.materials_));
         CurvePool curves = std::move(description_.curves);
         for (const ShapeEntity &shape : description_.shapes)
             AddShape(shape, shape.objectToWorld, &curves);
@@ -320,7 +321,11 @@ class Scene::Builder {
         for (const CurveGroup &group : description_.curveGroups) {
             types.push_back(group.type);
             scene_.curveMaterials_.push_back(MaterialOf(group.state));
-            anyHidden |= !scene_.curveMaterials_.back();
+            const Material *material = scene_.curveMaterials_.back();
+            anyHidden |= !material;
+            if (material && material->Bumped())
+                Warning("bump maps on curves are not rendered",
+                        "bump maps on curves are not rendered; the curves stay smooth");
             if (group.state.areaLight >= 0)
                 Warning(description_.areaLights[static_cast<size_t>(group.state.areaLight)].params.loc,
                         "curves do not emit",
@@ -449,6 +454,8 @@ bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
     si->pError = solid.pError;
     si->n = solid.n;
     si->uv = solid.uv;
+    si->dpdu = solid.dpdu;
+    si->dpdv = solid.dpdv;
     Vector3f x = solid.dpdu - solid.ns * Dot(solid.ns, solid.dpdu), y;
     if (x.LengthSquared() > 0)
         x = Normalize(x);
