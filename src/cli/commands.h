@@ -14,5 +14,6 @@ void AddRenderCommand(CLI::App &app);
 void AddGroomCommand(CLI::App &app);
 void AddCompareCommand(CLI::App &app);
 void AddConvertCommand(CLI::App &app);
+void AddGoniometerCommand(CLI::App &app);
 
 } // namespace cuticle

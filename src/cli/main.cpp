@@ -21,6 +21,7 @@ static int Run(int argc, char **argv) {
     cuticle::AddGroomCommand(app);
     cuticle::AddCompareCommand(app);
     cuticle::AddConvertCommand(app);
+    cuticle::AddGoniometerCommand(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &e) {

@@ -221,7 +221,7 @@ std::string HeatMapText(const PlotPanel &panel) {
 
 // --- polar: circles and spokes are ours, so that they look the same with a logarithmic radius ----------------------
 
-// 1, 2 or 5 times a power of ten, about range / count.
+// Places for rings: 1, 2 or 5 times a power of ten apart, about count of them.
 double NiceStep(double range, int count) {
     const double raw = range / count, power = std::pow(10, std::floor(std::log10(raw)));
     const double f = raw / power;
@@ -230,7 +230,8 @@ double NiceStep(double range, int count) {
 
 class PolarScale {
   public:
-    explicit PolarScale(const PlotPanel &panel) : log_(panel.y.log), zero_(panel.polarZero) {
+    explicit PolarScale(const PlotPanel &panel)
+        : log_(panel.y.log), sign_(panel.clockwise ? -1 : 1), zero_(panel.polarZero) {
         double largest = 0;
         for (const PlotSeries &s : panel.series)
             for (size_t i = 0; i < s.y.size(); ++i)
@@ -255,7 +256,7 @@ class PolarScale {
         return std::clamp(t, 0., 1.);
     }
     std::array<double, 2> At(double degrees, double radius) const {
-        const double a = (degrees + zero_) * std::numbers::pi / 180;
+        const double a = (zero_ + sign_ * degrees) * std::numbers::pi / 180;
         return {radius * std::cos(a), radius * std::sin(a)};
     }
     std::vector<double> Rings() const {
@@ -271,7 +272,7 @@ class PolarScale {
 
   private:
     bool log_;
-    double zero_, min_ = 0, max_ = 1, step_ = 1;
+    double sign_, zero_, min_ = 0, max_ = 1, step_ = 1;
 };
 
 std::string Point(const std::array<double, 2> &p) { return Number(p[0]) + "," + Number(p[1]); }

@@ -63,8 +63,8 @@ struct PlotHeatMap {
 
 enum class PlotKind { Cartesian, Polar, HeatMap };
 
-// One diagram. Polar: x is an angle in degrees, counter-clockwise from polarZero (0: right, 90: up), y the radius,
-// which begins at y.min in the centre; a logarithmic radius without y.min spans three decades.
+// One diagram. Polar: x is an angle in degrees, counter-clockwise (or clockwise) from polarZero (0: right, 90: up), y the
+// radius, which begins at y.min in the centre; a logarithmic radius without y.min spans three decades.
 struct PlotPanel {
     PlotKind kind = PlotKind::Cartesian;
     std::string title;
@@ -74,6 +74,7 @@ struct PlotPanel {
     std::vector<PlotReferenceLine> lines;
     std::string legend = "top right"; // gnuplot's words for a place: left, right, top, bottom, outside, below
     double polarZero = 0;
+    bool clockwise = false;
 };
 
 // Panels side by side, columns in a row; width and height are one panel's, in pixels of the screen (PNG has twice as

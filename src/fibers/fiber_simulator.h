@@ -1,0 +1,78 @@
+//> Declare the fiber simulator
+#pragma once
+
+#include "fibers/fiber_histogram.h"
+#include "fibers/microfacets.h"
+
+#include <optional>
+
+namespace cuticle {
+
+//> Describe a fiber
+// x runs along the fiber from root to tip; theta is measured from the normal plane, phi from y toward z. Lengths are in
+// radii: for an ellipse, the radius of the circle of its area.
+struct FiberDescription {
+    double eta = 1.55;    // index of refraction against the surroundings, [0.1, 10]
+    double axisRatio = 1; // second semi-axis of the section over the first, [0.05, 20]
+    double rotation = 0;  // azimuth of the first semi-axis, radians
+    double alpha = 0;     // tilt of the scales toward the root, radians, |alpha| <= 45 degrees
+    double roughnessU =
+        0; // along the fiber and across it, as Microfacets has it, [0, 1]; both 0: smooth; else 0 is 1e-4
+    double roughnessV = 0;
+    MicrofacetDistribution distribution = MicrofacetDistribution::Beckmann;
+    std::vector<double> sigmaA = {0}; // absorption per radius, one number for each channel, >= 0
+    // A core of the same shape and index, its radius over the fiber's in [0, 1); 0: none. It absorbs medullaSigmaA (for
+    // each channel, or empty: sigmaA) and scatters medullaSigmaS (both per radius) after Henyey and Greenstein.
+    double medullaRatio = 0;
+    std::vector<double> medullaSigmaA;
+    double medullaSigmaS = 0;
+    double medullaG = 0; // mean cosine, (-1, 1)
+};
+//<
+
+//> Say where the light comes from
+// A parallel beam from (theta, phi), radians, |theta| < 90 degrees. Without h it covers the width evenly (far field); with
+// h in [-1, 1] it is one ray at this part of the half width (near field), counted as in Phi(p, h): h > 0 on the side
+// of azimuth phi - 90 degrees.
+struct FiberLight {
+    double theta = 0, phi = 0;
+    std::optional<double> h;
+};
+//<
+
+//> Say how well to measure
+struct FiberMeasurement {
+    uint64_t samples = 1'000'000;
+    uint64_t seed = 1;
+    int orders = 4; // classes of their own: p = 0 to orders - 1, [1, 16]
+    SphereCells cells;
+};
+//<
+
+//> Measure
+// Traces rays of geometric optics through the fiber. The result depends on the seed, not on the number of threads. Throws
+// Error for what is outside the stated ranges.
+FiberHistogram SimulateFiber(const FiberDescription &fiber, const FiberLight &light,
+                             const FiberMeasurement &measurement);
+
+// The width that the fiber shows to light from azimuth phi, in radii: 2 for a circle.
+double FiberWidth(const FiberDescription &fiber, double phi);
+//<
+
+//> Tabulate a fiber
+// Histograms for a grid of directions of light (and of h; without any: far field), h fastest, theta slowest: the data of
+// a sampled BSDF. Of a circular section only differences of phi matter: give phi = {0}.
+struct FiberTable {
+    std::vector<double> theta, phi, h;
+    std::vector<FiberHistogram> entries;
+    const FiberHistogram &At(size_t iTheta, size_t iPhi, size_t iH = 0) const {
+        return entries[(iTheta * phi.size() + iPhi) * std::max<size_t>(1, h.size()) + iH];
+    }
+};
+FiberTable TabulateFiber(const FiberDescription &fiber, const std::vector<double> &theta,
+                         const std::vector<double> &phi, const std::vector<double> &h,
+                         const FiberMeasurement &measurement);
+//<
+
+} // namespace cuticle
+//<
