@@ -301,6 +301,22 @@ class CommandLine(unittest.TestCase):
             self.assertIn(row, run.stdout)
         self.assertTrue(run.stdout.endswith("1 part of a scene\n"), run.stdout)
 
+    def test_goniometer(self):
+        run = self.ok("goniometer", "--samples", "20000", "--alpha", "3", "--roughness", "0.1", "--sigma-a", "0", "0.5",
+                      "-o", "lobes")
+        self.assertRegex(run.stdout, r"sum +(1\.000000|0\.99\d{4}) ± 0\.\d+ +0\.\d+ ± 0\.\d+")
+        for ending in ["csv", "svg", "png"]:
+            self.assertTrue((self.path / "lobes" / f"incidence.{ending}").stat().st_size > 1000, ending)
+        table = (self.path / "lobes" / "incidence.csv").read_text().splitlines()
+        self.assertTrue(table[0].startswith("# cuticle goniometer --eta 1.55 "), table[0])
+        self.assertEqual(len(table), 2 + 360)
+        # The first line makes the same numbers again.
+        self.ok(*table[0].split()[2:], "-q", "-o", "again.csv")
+        self.assertEqual((self.path / "again.csv").read_text().splitlines(), table)
+        self.fails("goniometer", "--axis-ratio", "0", says="axis ratio must be in [0.05, 20]")
+        self.fails("goniometer", "--samples", "10", "-o", "missing/a.csv", says="missing/a.csv")
+        self.fails("goniometer", "--samples", "10", "--channel", "1", "-o", "a.csv", says="--channel must be below")
+
     def test_interrupt_writes_what_there_is(self):
         process = subprocess.Popen([PROGRAM, "render", "scene.pbrt", "--spp", "10000000", "-o", "a.exr"], cwd=self.path,
                                    stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)

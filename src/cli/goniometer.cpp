@@ -1,8 +1,8 @@
 // cuticle goniometer: measures what one simulated fiber scatters.
 #include "cli/commands.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "figures/fiber_plot.h"
-#include "grooms/output_file.h"
 
 #include <tbb/global_control.h>
 
@@ -104,12 +104,6 @@ void Report(const FiberHistogram &histogram, double seconds) {
     std::cout << text.data();
 }
 
-void WriteText(const std::string &filename, const std::string &text) {
-    OutputFile file(filename);
-    file.Write(text);
-    file.Commit();
-}
-
 // A file by its ending, or a folder that gets all three kinds.
 std::vector<std::string> OutputNames(const GoniometerArguments &a) {
     for (const char *ending : {".csv", ".svg", ".png", ".pdf"})
@@ -172,9 +166,10 @@ void RunGoniometer(GoniometerArguments a) {
         Report(histogram, seconds.count());
     for (const std::string &name : names) {
         if (name.ends_with(".csv"))
-            WriteText(name, "# " + Describe(a) + "\n" +
-                                (a.view.plane == GoniometerPlane::Hemisphere ? histogram.ToCsv()
-                                                                             : SliceCsv(histogram, a)));
+            WriteFileAtomically(name,
+                                "# " + Describe(a) + "\n" +
+                                    (a.view.plane == GoniometerPlane::Hemisphere ? histogram.ToCsv()
+                                                                                 : SliceCsv(histogram, a)));
         else
             WritePlot(name, GoniometerPlot(histogram, a.light, a.view, Title(a)));
         if (!a.quiet)
