@@ -15,5 +15,7 @@ void AddGroomCommand(CLI::App &app);
 void AddCompareCommand(CLI::App &app);
 void AddConvertCommand(CLI::App &app);
 void AddGoniometerCommand(CLI::App &app);
+void AddFigureCommand(CLI::App &app);
+void AddChartCommand(CLI::App &app);
 
 } // namespace cuticle

@@ -22,6 +22,7 @@ static int Run(int argc, char **argv) {
     cuticle::AddCompareCommand(app);
     cuticle::AddConvertCommand(app);
     cuticle::AddGoniometerCommand(app);
+    cuticle::AddFigureCommand(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &e) {

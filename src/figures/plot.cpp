@@ -68,6 +68,8 @@ void CheckPanel(const PlotPanel &panel) {
         if (s.x.size() != s.y.size() || (!s.error.empty() && s.error.size() != s.y.size()))
             throw Error("the plotted series \"" + s.label + "\" has " + std::to_string(s.x.size()) + " x, " +
                         std::to_string(s.y.size()) + " y and " + std::to_string(s.error.size()) + " errors");
+    if (!(panel.polarFirst < panel.polarLast && panel.polarLast <= panel.polarFirst + 360))
+        throw Error("the sector of a polar plot must be 0 to 360 degrees wide");
     if (panel.kind == PlotKind::HeatMap) {
         const PlotHeatMap &map = panel.heatMap;
         if (map.columns == 0 || map.rows == 0 || map.values.size() != map.columns * map.rows)
@@ -255,8 +257,9 @@ class PolarScale {
         const double t = log_ ? std::log(r / min_) / std::log(max_ / min_) : (r - min_) / (max_ - min_);
         return std::clamp(t, 0., 1.);
     }
+    double Direction(double degrees) const { return zero_ + sign_ * degrees; }
     std::array<double, 2> At(double degrees, double radius) const {
-        const double a = (zero_ + sign_ * degrees) * std::numbers::pi / 180;
+        const double a = Direction(degrees) * std::numbers::pi / 180;
         return {radius * std::cos(a), radius * std::sin(a)};
     }
     std::vector<double> Rings() const {
@@ -277,31 +280,56 @@ class PolarScale {
 
 std::string Point(const std::array<double, 2> &p) { return Number(p[0]) + "," + Number(p[1]); }
 
+// The rectangle around the sector that is shown, in units of the radius: low x, low y, high x, high y.
+std::array<double, 4> PolarBounds(const PlotPanel &panel, const PolarScale &scale) {
+    std::array<double, 4> box = {0, 0, 0, 0};
+    for (double degrees = panel.polarFirst; degrees <= panel.polarLast; degrees += 1) {
+        const auto p = scale.At(degrees, 1);
+        box = {std::min(box[0], p[0]), std::min(box[1], p[1]), std::max(box[2], p[0]),
+               std::max(box[3], p[1])};
+    }
+    return box;
+}
+
 std::string PolarGrid(const PlotPanel &panel, const PolarScale &scale) {
+    const bool full = panel.polarLast - panel.polarFirst >= 360;
+    const double step = panel.polarLast - panel.polarFirst <= 90 ? 15 : 30;
     std::string text;
-    for (int degrees = 0; degrees < 360; degrees += 30) {
+    for (double degrees = step * std::ceil(panel.polarFirst / step);
+         full ? degrees < panel.polarLast : degrees <= panel.polarLast; degrees += step) {
         text += "set arrow from 0,0 to " + Point(scale.At(degrees, 1)) + " nohead back lw 1 lc rgb '" +
                 kGrid + "'\n";
-        const int shown = degrees > 180 ? degrees - 360 : degrees;
-        auto at = scale.At(degrees, 1.06);
-        at[1] *= 1.03; // letters are taller than the gap
+        auto at = scale.At(degrees, full ? 1.06 : 1.03);
+        at[1] *= full ? 1.03 : 1.015; // letters are taller than the gap
         const char *align = at[0] > 0.2 ? "left" : at[0] < -0.2 ? "right" : "center";
-        text += "set label " + Quoted(std::to_string(shown) + "°") + " at " + Point(at) + " " + align +
-                " font ',11' textcolor rgb '" + kInk + "'\n";
+        text += "set label " + Quoted(Number(degrees == -180 ? 180 : degrees) + "°") + " at " + Point(at) +
+                " " + align + " font ',11' textcolor rgb '" + kInk + "'\n";
     }
+    // Angles of arcs count from the right, upward.
+    const std::array<double, 2> ends = {scale.Direction(panel.polarFirst), scale.Direction(panel.polarLast)};
+    const std::string arc = full ? ""
+                                 : " arc [" + Number(std::min(ends[0], ends[1])) + ":" +
+                                       Number(std::max(ends[0], ends[1])) + "] nowedge";
     for (const double ring : scale.Rings()) {
         const double r = scale.Radius(ring);
         if (r <= 0)
             continue;
-        text += "set object circle at 0,0 size " + Number(r) + " back fs empty border lc rgb '" +
+        text += "set object circle at 0,0 size " + Number(r) + arc + " back fs empty border lc rgb '" +
                 (r > 1 - 1e-9 ? kFaint : kGrid) + "' lw 1\n";
         char value[24];
         std::snprintf(value, sizeof value, "%.3g", ring);
-        text += "set label " + Quoted(value) + " at " + Point(scale.At(105, r)) +
-                " center font ',9' textcolor rgb '" + kFaint + "' front\n";
+        // Beside the first spoke of a sector; else where no spoke is.
+        auto at = scale.At(full ? 105 : panel.polarFirst, r);
+        if (!full)
+            at[1] -= 0.025;
+        text += "set label " + Quoted(value) + " at " + Point(at) + " center font ',9' textcolor rgb '" +
+                kFaint + "' front\n";
     }
-    if (!panel.y.label.empty())
-        text += "set label " + Quoted(panel.y.label) + " at 0,-1.22 center textcolor rgb '" + kInk + "'\n";
+    if (!panel.y.label.empty()) {
+        const auto box = PolarBounds(panel, scale);
+        text += "set label " + Quoted(panel.y.label) + " at " + Number((box[0] + box[2]) / 2) + "," +
+                Number(box[1] - (full ? 0.22 : 0.07)) + " center textcolor rgb '" + kInk + "'\n";
+    }
     return text;
 }
 
@@ -335,9 +363,14 @@ std::string PolarText(const PlotPanel &panel) {
             drawn.style = PlotStyle::Line;
         drawing.Add(drawing.Block(line) + " using 1:2 " + With(drawn, i) + LegendOf(s));
     }
+    const auto box = PolarBounds(panel, scale);
+    const double edge = panel.polarLast - panel.polarFirst >= 360 ? 0.2 : 0.1;
+    const std::string ranges = "set xrange [" + Number(box[0] - edge) + ":" + Number(box[2] + edge) +
+                               "]\nset yrange [" + Number(box[1] - edge) + ":" + Number(box[3] + edge) +
+                               "]\n";
     return "set size ratio -1\nunset border\nunset grid\nunset logscale\nunset xtics\nunset ytics\n"
-           "unset xlabel\nunset ylabel\nset xrange [-1.2:1.2]\nset yrange [-1.2:1.2]\n" +
-           PolarGrid(panel, scale) + drawing.data + drawing.plots + "\nset size noratio\n";
+           "unset xlabel\nunset ylabel\n" +
+           ranges + PolarGrid(panel, scale) + drawing.data + drawing.plots + "\nset size noratio\n";
 }
 
 // The words of a legend's place come from a program, not from a user; anything else would be a mistake in it.
@@ -348,9 +381,10 @@ std::string LegendPlace(const std::string &words) {
     return words;
 }
 
-std::string PanelText(const PlotPanel &panel) {
+// besides: words for what is drawn with the panel, outside of it.
+std::string PanelText(const PlotPanel &panel, const std::string &besides) {
     CheckPanel(panel);
-    std::string text = "unset arrow\nunset label\nunset object\nunset colorbox\nset title " +
+    std::string text = "unset arrow\nunset label\nunset object\nunset colorbox\n" + besides + "set title " +
                        Quoted(panel.title) + "\nset key " + LegendPlace(panel.legend) +
                        " Left reverse spacing 1.15 samplen 2.2\n";
     switch (panel.kind) {
@@ -362,6 +396,29 @@ std::string PanelText(const PlotPanel &panel) {
         return text + HeatMapText(panel);
     }
     return text;
+}
+
+// Heights of the title and of a line of the caption, and the caption's distance from the edges, in pixels.
+constexpr int kTitleHeight = 40, kCaptionLine = 18, kCaptionMargin = 16;
+
+// Breaks a text at its blanks into lines of at most `most` letters (longer words stay whole). Marks of the enhanced
+// notation count as letters.
+std::vector<std::string> Lines(const std::string &text, int most) {
+    std::vector<std::string> lines;
+    int letters = 0;
+    for (size_t at = 0; at < text.size();) {
+        size_t end = std::min(text.find(' ', at), text.size());
+        const std::string word = text.substr(at, end - at);
+        // Bytes that continue a letter of UTF-8 begin with the bits 10.
+        const auto length = static_cast<int>(std::count_if(
+            word.begin(), word.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+        if (lines.empty() || letters + 1 + length > most)
+            lines.push_back(word), letters = length;
+        else
+            lines.back() += " " + word, letters += 1 + length;
+        at = end + 1;
+    }
+    return lines;
 }
 
 // --- running gnuplot -------------------------------------------------------------------------------------------
@@ -444,7 +501,11 @@ std::string GnuplotText(const Plot &plot, const std::string &terminal) {
         throw Error("a plot needs a panel, a column and at least 100 x 100 pixels");
     const int columns = std::min(plot.columns, static_cast<int>(plot.panels.size()));
     const int rows = (static_cast<int>(plot.panels.size()) + columns - 1) / columns;
-    const int width = columns * plot.width, height = rows * plot.height + (plot.title.empty() ? 0 : 40);
+    const int width = columns * plot.width;
+    const std::vector<std::string> caption = Lines(plot.caption, (width - 2 * kCaptionMargin) * 2 / 13);
+    const int captionHeight =
+        caption.empty() ? 0 : static_cast<int>(caption.size()) * kCaptionLine + kCaptionMargin;
+    const int height = rows * plot.height + captionHeight + (plot.title.empty() ? 0 : kTitleHeight);
     const std::string font = "font 'DejaVu Sans,12'";
     std::string text;
     if (terminal == "svg")
@@ -459,13 +520,27 @@ std::string GnuplotText(const Plot &plot, const std::string &terminal) {
                " " + font + " background rgb 'white'\n";
     text += std::string("set encoding utf8\nset tics textcolor rgb '") + kInk + "'\nset key textcolor rgb '" +
             kInk + "'\n";
-    if (plot.panels.size() > 1 || !plot.title.empty())
-        text += "set multiplot layout " + std::to_string(rows) + "," + std::to_string(columns) + " title " +
-                Quoted(plot.title) + " font ',15'\n";
-    for (const PlotPanel &panel : plot.panels)
-        text += PanelText(panel);
-    if (plot.panels.size() > 1 || !plot.title.empty())
-        text += "unset multiplot\n";
+    // The title, the rows of panels, the caption's lines: in fractions of the whole height, from the bottom.
+    const auto part = [height](int pixels) { return static_cast<double>(pixels) / height; };
+    text += "set multiplot\n";
+    for (int i = 0; i < static_cast<int>(plot.panels.size()); ++i) {
+        const int row = i / columns, column = i % columns,
+                  bottom = captionHeight + (rows - 1 - row) * plot.height;
+        text += "set origin " + Number(static_cast<double>(column) / columns) + "," + Number(part(bottom)) +
+                "\nset size " + Number(1. / columns) + "," + Number(part(plot.height)) + "\n";
+        std::string besides;
+        if (i == 0 && !plot.title.empty())
+            besides = "set label " + Quoted(plot.title) + " at screen 0.5, screen " +
+                      Number(1 - part(kTitleHeight / 2)) + " center font ',15' textcolor rgb '" + kInk +
+                      "'\n";
+        for (size_t k = 0; i == 0 && k < caption.size(); ++k)
+            besides += "set label " + Quoted(caption[k]) + " at screen " +
+                       Number(static_cast<double>(kCaptionMargin) / width) + ", screen " +
+                       Number(part(captionHeight - kCaptionLine / 2 - static_cast<int>(k) * kCaptionLine)) +
+                       " left font ',9' textcolor rgb '" + kInk + "'\n";
+        text += PanelText(plot.panels[static_cast<size_t>(i)], besides);
+    }
+    text += "unset multiplot\n";
     return text;
 }
 

@@ -40,7 +40,7 @@ inline constexpr int kPlotColors = 8;
 struct PlotAxis {
     std::string label;
     bool log = false;
-    std::optional<double> min, max;
+    std::optional<double> min = {}, max = {};
     double step = 0;
 };
 
@@ -58,7 +58,7 @@ struct PlotHeatMap {
     std::vector<double> values;
     std::string label; // of the colour scale
     bool log = false;  // values that are not positive are left white
-    std::optional<double> min, max;
+    std::optional<double> min = {}, max = {};
 };
 
 enum class PlotKind { Cartesian, Polar, HeatMap };
@@ -75,12 +75,14 @@ struct PlotPanel {
     std::string legend = "top right"; // gnuplot's words for a place: left, right, top, bottom, outside, below
     double polarZero = 0;
     bool clockwise = false;
+    double polarFirst = -180, polarLast = 180; // the sector that is shown, 0 to 360 degrees wide
 };
 
 // Panels side by side, columns in a row; width and height are one panel's, in pixels of the screen (PNG has twice as
 // many each way).
 struct Plot {
     std::string title;
+    std::string caption; // below the panels, broken into lines
     std::vector<PlotPanel> panels;
     int columns = 1;
     int width = 720, height = 480;

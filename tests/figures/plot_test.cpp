@@ -134,6 +134,9 @@ TEST_F(PlotFile, MistakesAreErrorsAndLeaveTheOldFile) {
     plot.panels[0].x.min = plot.panels[0].x.max = {};
     plot.panels[0].series[0].y.assign(61, NAN); // nothing to draw: gnuplot says so
     EXPECT_THROW(WritePlot(name, plot), Error);
+    plot = OnePanel(PlotKind::Polar, PlotStyle::Line);
+    plot.panels[0].polarFirst = plot.panels[0].polarLast = 20;
+    EXPECT_THROW(WritePlot(name, plot), Error);
     EXPECT_EQ(Read(name), "old");
     EXPECT_THROW(WritePlot(folder_ + "/none/a.svg", OnePanel(PlotKind::Polar, PlotStyle::Line)), Error);
     EXPECT_THROW(WritePlot(folder_ + "/a.gif", OnePanel(PlotKind::Polar, PlotStyle::Line)), Error);

@@ -1,0 +1,129 @@
+// cuticle figure and cuticle chart: draw the papers' plots and our own measurements.
+#include "figures/figure.h"
+#include "cli/commands.h"
+#include "core/error.h"
+
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+namespace cuticle {
+
+namespace {
+
+struct FigureArguments {
+    std::vector<std::string> names;
+    std::string folder = ".";
+    bool list = false;
+    FigureOptions options;
+    std::vector<std::string> peers;
+};
+
+void ListFigures() {
+    for (const Figure &f : Figures()) {
+        std::string state = f.Made() ? "made" : f.kind == FigureKind::Photo ? "no" : "not made";
+        std::printf("%-18s %-10s %-9s %s\n", f.id, ToString(f.kind).c_str(), state.c_str(), f.caption);
+        if (*f.scenes != '\0')
+            std::printf("%-39s scenes: %s\n", "", f.scenes);
+    }
+}
+void ListCharts() {
+    for (const Chart &c : Charts())
+        std::printf("%-12s %s\n", c.name, c.caption);
+}
+
+// Says what was written and what was checked; returns whether all laws hold.
+bool Make(const std::string &stem, const std::string &caption, FigureFunction make,
+          const FigureArguments &a) {
+    const FigureData data = make(a.options);
+    WriteFigure(a.folder, stem, caption, data);
+    std::cout << "wrote " << a.folder << "/" << stem << ".csv, .svg, .png\n";
+    bool all = true;
+    for (const FigureCheck &c : data.checks) {
+        std::printf("  %s %s %.6g, asked for %.6g to %.6g\n",
+                    c.Holds() ? "holds: " : "BROKEN:", c.law.c_str(), c.value, c.low, c.high);
+        all = all && c.Holds();
+    }
+    std::fflush(stdout);
+    return all;
+}
+
+Peer ParsePeer(const std::string &text) {
+    const size_t equals = text.find('=');
+    const Peer peer{text.substr(0, equals), equals == std::string::npos ? "" : text.substr(equals + 1)};
+    for (const char *word : {"{scene}", "{out}"})
+        if (peer.name.empty() || peer.command.find(word) == std::string::npos)
+            throw Error("--peer \"" + text + "\" must be NAME=COMMAND with {scene} and {out} in the command");
+    return peer;
+}
+
+void RunFigures(const FigureArguments &a) {
+    if (a.list)
+        return ListFigures();
+    bool all = true;
+    for (const std::string &id : a.names) {
+        const Figure &figure = FindFigure(id);
+        all = Make(figure.id, figure.caption, figure.make, a) && all;
+    }
+    if (!all)
+        throw ExitStatus{1};
+}
+
+void RunCharts(FigureArguments &a) {
+    if (a.list)
+        return ListCharts();
+    for (const std::string &peer : a.peers)
+        a.options.peers.push_back(ParsePeer(peer));
+    bool all = true;
+    for (const std::string &name : a.names) {
+        const Chart &chart = FindChart(name);
+        all = Make(chart.name, chart.caption, chart.make, a) && all;
+    }
+    if (!all)
+        throw ExitStatus{1};
+}
+
+// What the two commands share. Names or --list, one of them.
+CLI::App *AddCommand(CLI::App &app, const char *name, const char *what, const char *names,
+                     FigureArguments *a) {
+    CLI::App *c = app.add_subcommand(name, what);
+    CLI::Option *which = c->add_option(names, a->names, "which to make; --list shows all");
+    c->add_option("-o,--output", a->folder, "folder for NAME.csv, NAME.svg and NAME.png (default: this one)")
+        ->type_name("DIR");
+    CLI::Option *list = c->add_flag("--list", a->list, "list all of them");
+    list->excludes(which);
+    c->add_flag("--quick", a->options.quick, "fewer samples and coarser grids, for a first look");
+    c->parse_complete_callback([c, a] {
+        if (a->names.empty() && !a->list)
+            throw CLI::RequiredError(c->get_name() + ": the name of one, or --list,");
+    });
+    return c;
+}
+
+} // namespace
+
+void AddFigureCommand(CLI::App &app) {
+    auto a = std::make_shared<FigureArguments>();
+    CLI::App *c = AddCommand(app, "figure", "Draw plots of the papers, and check them.", "ID", a.get());
+    c->footer("Every figure carries laws that its own numbers must satisfy; they are printed, and a broken "
+              "one makes the\n"
+              "exit status 1. gnuplot draws.\n"
+              "Example: cuticle figure deon-03 pharr-1.17 -o figures");
+    c->callback([a] { RunFigures(*a); });
+}
+
+void AddChartCommand(CLI::App &app) {
+    auto a = std::make_shared<FigureArguments>();
+    CLI::App *c = AddCommand(app, "chart", "Measure error against cost, and chart it.", "NAME", a.get());
+    c->add_option("--scenes", a->options.scenes, "folder of the shipped scenes (default: scenes)")
+        ->type_name("DIR");
+    c->add_option("--peer", a->peers,
+                  "another renderer on the chart \"render\": NAME='COMMAND {scene} {out}', run by sh")
+        ->type_name("NAME=COMMAND")
+        ->take_all();
+    c->footer("All numbers are measured in the run that draws them, repetitions of all methods in turn.\n"
+              "Example: cuticle chart bessel -o charts");
+    c->callback([a] { RunCharts(*a); });
+}
+
+} // namespace cuticle

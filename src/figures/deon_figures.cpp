@@ -1,0 +1,184 @@
+// The plots of d'Eon, Francois, Hill, Letteri and Aubry's "An Energy-Conserving Hair Reflectance Model" (2011).
+#include "fibers/longitudinal.h"
+#include "fibers/smooth_fiber.h"
+#include "figures/paper_figures.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cuticle {
+
+namespace {
+
+constexpr double kDegree = kPi<double> / 180;
+
+// The integral of f over [low, high], in pieces of 64 nodes each.
+template <typename F>
+double Integrate(double low, double high, int pieces, F f) {
+    const GaussLegendreRule &rule = GaussLegendre(64);
+    const double half = (high - low) / (2 * pieces);
+    double sum = 0;
+    for (int k = 0; k < pieces; ++k)
+        for (size_t i = 0; i < rule.x.size(); ++i)
+            sum += half * rule.w[i] * f(low + half * (2 * k + 1 + rule.x[i]));
+    return sum;
+}
+
+} // namespace
+
+// Equation 5: N_R integrates to 1, so that only M_R and the cosines remain; each M_p at the width that the paper gives
+// it, beta of theta_h, of 2 theta_h, of the sphere.
+FigureData Deon03(const FigureOptions &) {
+    struct Form {
+        LongitudinalForm form;
+        const char *name, *title;
+        double widths; // standard deviation of theta_i + theta_r in beta
+    };
+    const Form forms[] = {{LongitudinalForm::HalfAngle, "gaussian_theta_h", "g(β; θ_h), Marschner 2003", 2},
+                          {LongitudinalForm::FullAngle, "gaussian_2_theta_h", "g(β; 2 θ_h), Zinke 2007", 1},
+                          {LongitudinalForm::Spherical, "spherical", "spherical Gaussian, d'Eon 2011", 1}};
+    FigureData data{Table({"M", "beta_deg", "theta_i_deg", "total_reflectance"}), {}, "", {}};
+    data.plot.columns = 3, data.plot.width = 400, data.plot.height = 400;
+    double off = 0, doubled = 0, grazing = 0, lost = 0;
+    for (const Form &form : forms) {
+        PlotPanel panel;
+        panel.title = form.title;
+        panel.legend = "top left";
+        panel.x = {.label = "θ_i (degrees)", .min = 0, .max = 90, .step = 30};
+        panel.y = {.label = "total reflectance", .min = 0, .max = 3.5, .step = 0.5};
+        panel.lines = {{.vertical = false, .at = 1, .label = ""}};
+        for (const double beta : {2., 5., 10., 20., 40., 60.}) {
+            const LongitudinalLobe<double> lobe(form.form, form.widths * beta * kDegree, 0);
+            PlotSeries curve;
+            // One legend is enough, where there is room for it.
+            if (form.form == LongitudinalForm::FullAngle)
+                curve.label = Printed("β = %g°", beta);
+            for (const double theta : Linspace(0, 89.5, 180)) {
+                const Inclination<double> i{std::sin(theta * kDegree), std::cos(theta * kDegree)};
+                const double total = Integrate(-kPi<double> / 2, kPi<double> / 2, 24, [&](double thetaR) {
+                    const Inclination<double> r{std::sin(thetaR), std::cos(thetaR)};
+                    return lobe.Value(i, r) * r.cos;
+                });
+                data.table.Add({form.name, beta, theta, total});
+                curve.x.push_back(theta), curve.y.push_back(total);
+            }
+            const double most = *std::max_element(curve.y.begin(), curve.y.end());
+            if (form.form == LongitudinalForm::Spherical)
+                for (const double total : curve.y)
+                    off = std::max(off, std::abs(total - 1));
+            else if (form.form == LongitudinalForm::HalfAngle && beta == 2)
+                doubled = curve.y[0];
+            else if (form.form == LongitudinalForm::FullAngle && beta == 10)
+                grazing = most;
+            else if (form.form == LongitudinalForm::FullAngle && beta == 60)
+                lost = curve.y[0];
+            panel.series.push_back(curve);
+        }
+        data.plot.panels.push_back(panel);
+    }
+    data.checks = {
+        {"the spherical Gaussian's total is 1, off by at most", off, 0, 1e-4},
+        {"the Gaussian in θ_h doubles the light: total at β = 2° and normal incidence", doubled, 1.98, 2.02},
+        {"the Gaussian in 2 θ_h adds light at grazing angles: most, at β = 10°", grazing, 1.05, 3},
+        {"the Gaussian in 2 θ_h loses light where rough: total at β = 60° and normal incidence", lost, 0.2,
+         0.95}};
+    data.note = "The paper does not list its β.";
+    return data;
+}
+
+FigureData Deon04(const FigureOptions &) {
+    const double v = 0.02;
+    FigureData data{Table({"theta_i_rad", "theta_r_rad", "M_per_sr"}), {}, "", {}};
+    data.plot.width = 620, data.plot.height = 560;
+    PlotPanel panel;
+    panel.kind = PlotKind::Polar;
+    panel.y.label = "M_p (1/sr)";
+    panel.polarFirst = 0, panel.polarLast = 90;
+    panel.legend = "right top";
+    std::vector<PlotSeries> cones;
+    double before = 0, least = 1, leastGrowth = 1;
+    for (const double thetaI : {-1., -1.1, -1.2, -1.3, -1.4}) {
+        const auto m = [&](double thetaR) {
+            return Mp(std::cos(thetaI), std::cos(thetaR), std::sin(thetaI), std::sin(thetaR), v);
+        };
+        PlotSeries curve;
+        curve.label = Printed("θ_i = %g rad", thetaI);
+        double peak = 0;
+        for (const double thetaR : Linspace(-kPi<double> / 2, kPi<double> / 2, 6284)) {
+            data.table.Add({thetaI, thetaR, m(thetaR)});
+            curve.x.push_back(thetaR / kDegree), curve.y.push_back(m(thetaR));
+            if (m(thetaR) > m(peak))
+                peak = thetaR;
+        }
+        panel.series.push_back(curve);
+        PlotSeries cone;
+        cone.x = {-thetaI / kDegree, -thetaI / kDegree}, cone.y = {0, m(-thetaI)};
+        cone.color = 4, cone.width = 1;
+        cones.push_back(cone);
+        const double shift = peak + thetaI;
+        data.note += Printed(data.note.empty() ? "The peaks lie beyond the cones by %.3f" : ", %.3f", shift);
+        least = std::min(least, shift), leastGrowth = std::min(leastGrowth, shift - before);
+        before = shift;
+    }
+    data.note += " rad.";
+    panel.series.insert(panel.series.end(), cones.begin(), cones.end());
+    for (size_t i = 0; i < 5; ++i)
+        panel.series[i].color = std::array{0, 2, 3, 5, 7}[i];
+    data.plot.panels = {panel};
+    data.checks = {{"the peak lies beyond the specular cone, by at least (rad)", least, 1e-3, 0.5},
+                   {"its distance grows with every step of θ_i, by at least (rad)", leastGrowth, 1e-3, 0.5}};
+    return data;
+}
+
+// A_p averaged over the width. The sum over all p is the geometric series' rest added in closed form.
+FigureData Deon05(const FigureOptions &) {
+    const double eta = 1.55;
+    const std::array<double, 3> clear = {0, 0, 0};
+    const std::vector<int> sums = {0, 1, 2, 3, 4, 7, 15};
+    const char *names[] = {"R", "R + TT", "R + TT + TRT", "... + TRRT (p ≤ 3)", "p ≤ 4", "p ≤ 7", "p ≤ 15"};
+    FigureData data{Table({"theta_i_deg", "most_segments", "total_reflectance"}), {}, "", {}};
+    PlotPanel panel;
+    panel.x = {.label = "θ_i (degrees)", .min = 0, .max = 90, .step = 15};
+    panel.y = {.label = "total reflectance", .min = 0, .max = 1.05, .step = 0.2};
+    panel.legend = "left bottom";
+    panel.series.resize(sums.size() + 1);
+    double off = 0, leastThree = 1, leastThreeAt = 0;
+    const std::vector<double> thetas = Linspace(0, 89.5, 180);
+    for (const double theta : thetas) {
+        const SmoothFiber<double> fiber(std::cos(theta * kDegree), eta);
+        // The mean over the width of the light that `share` of a path at gamma carries.
+        const auto mean = [](auto share) {
+            return Integrate(0, kPi<double> / 2, 4,
+                             [&](double gamma) { return std::cos(gamma) * share(gamma); });
+        };
+        double sum = 0;
+        for (int p = 0; p <= sums.back(); ++p) {
+            sum += mean([&](double g) { return fiber.Attenuation(p, g, clear, SegmentLength::Chord)[0]; });
+            const auto at = std::find(sums.begin(), sums.end(), p);
+            if (at == sums.end())
+                continue;
+            const auto k = static_cast<size_t>(at - sums.begin());
+            data.table.Add({theta, static_cast<double>(p), sum});
+            panel.series[k].label = names[k];
+            panel.series[k].x.push_back(theta), panel.series[k].y.push_back(sum);
+            if (p == 2 && sum < leastThree)
+                leastThree = sum, leastThreeAt = theta;
+        }
+        const double all = sum + mean([&](double g) {
+                               return fiber.Tail(sums.back() + 1, g, clear, SegmentLength::Chord)[0];
+                           });
+        data.table.Add({theta, INFINITY, all});
+        panel.series.back().label = "all p";
+        panel.series.back().x.push_back(theta), panel.series.back().y.push_back(all);
+        off = std::max(off, std::abs(all - 1));
+    }
+    panel.series.back().dash = PlotDash::Dashed;
+    data.plot.panels = {panel};
+    data.checks = {{"R, TT and TRT miss at most (share of the light)", 1 - leastThree, 0.12, 0.16},
+                   {"the sum over all p is 1, off by at most", off, 0, 1e-4}};
+    data.note = Printed("R, TT and TRT miss up to %.1f%%", 100 * (1 - leastThree)) +
+                Printed(", at θ_i = %.1f°.", leastThreeAt);
+    return data;
+}
+
+} // namespace cuticle

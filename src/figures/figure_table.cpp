@@ -1,0 +1,103 @@
+// Every figure of the four papers, and every chart.
+#include "figures/paper_figures.h"
+
+#include <array>
+
+namespace cuticle {
+
+std::span<const Figure> Figures() {
+    using enum FigureKind;
+    static const std::array figures = std::to_array<Figure>({
+        // Marschner, Jensen, Cammarano, Worley and Hanrahan 2003
+        {"marschner-01", Diagram, "Side view of a fiber with tilted scales: the paths R, TT and TRT.",
+         nullptr, ""},
+        {"marschner-02", Photo, "Electron micrograph of a hair.", nullptr, ""},
+        {"marschner-03", Diagram, "Notation: u, v, w, θ and φ.", nullptr, ""},
+        {"marschner-04", Plot,
+         "Scattering in the incidence plane, light from the tip's and from the root's side.", nullptr, ""},
+        {"marschner-05", Plot, "Scattering in the incidence plane against θ_h for several θ_d.", nullptr, ""},
+        {"marschner-06", Plot, "Glints against φ along the specular cone, model over simulation.", nullptr,
+         ""},
+        {"marschner-07", Plot, "Scattering of an elliptical fiber in the normal plane.", nullptr, ""},
+        {"marschner-08", Plot, "Scattering over the hemispheres.", nullptr, ""},
+        {"marschner-09", Diagram, "Rays through a circle: h, γ_i, γ_t, φ.", nullptr, ""},
+        {"marschner-10", Plot, "The shading model under the conditions of figure 4.", nullptr, ""},
+        {"marschner-11", Photo, "Photograph of brown hair.", nullptr, ""},
+        {"marschner-12", Render, "Kajiya and Kay's model against Marschner's.", nullptr, ""},
+        {"marschner-13", Render, "62,000 fibers under an environment map.", nullptr, ""},
+        {"marschner-14", Render, "R alone, TRT alone, all; round and eccentric fibers.", nullptr, ""},
+        {"marschner-15", Render, "The same hair under lights from several directions.", nullptr, ""},
+        {"marschner-16", Diagram, "Constructions on the unit sphere of appendices A and B.", nullptr, ""},
+
+        // d'Eon, Francois, Hill, Letteri and Aubry 2011
+        {"deon-01", Diagram, "The paths R, TT, TRT and TRRT from the side and in section.", nullptr, ""},
+        {"deon-02", Diagram, "Specular cones and their compression.", nullptr, ""},
+        {"deon-03", Plot,
+         "Total reflectance against θ_i of a fiber that reflects all light (η = ∞), by the form of the "
+         "longitudinal "
+         "lobe and its roughness β. At 1 energy is conserved.",
+         Deon03, ""},
+        {"deon-04", Plot,
+         "M_p against θ_r (along the circle; the distance from the centre is M_p) for θ_i = -1, -1.1, -1.2, "
+         "-1.3, "
+         "-1.4 rad; v = 0.02. Orange: the specular cones θ_r = -θ_i.",
+         Deon04, ""},
+        {"deon-05", Plot,
+         "Total reflectance against θ_i of a white smooth fiber (η = 1.55, no absorption), all paths up to "
+         "one with "
+         "p segments.",
+         Deon05, ""},
+        {"deon-06", Plot, "Rough N_TT, Gaussian detector against Zinke and Weber's wrap.", nullptr, ""},
+        {"deon-07", Diagram, "Lobes of exit azimuths for several h.", nullptr, ""},
+        {"deon-08", Plot, "Colour of N_TT around a smooth and a rough fiber.", nullptr, ""},
+        {"deon-09", Plot, "Colour through eumelanin and pheomelanin, spectral and RGB.", nullptr, ""},
+        {"deon-10", Render, "From eumelanin to pheomelanin, concentration growing to the right.", nullptr,
+         ""},
+        {"deon-11", Render, "Light hair by dual scattering: Gaussian against energy-conserving M.", nullptr,
+         ""},
+        {"deon-12", Render, "Several natural colours, glints without controls.", nullptr, ""},
+        {"deon-13", Photo, "Feathers, which the paper leaves to future work.", nullptr, ""},
+
+        // Pharr 2016
+        {"pharr-1.1", Render, "Curly hair, path traced.", nullptr, ""},
+        {"pharr-1.2", Render, "The same, direct light only.", nullptr, ""},
+        {"pharr-1.3", Diagram, "The normal plane of a fiber.", nullptr, ""},
+        {"pharr-1.4", Diagram, "The angles θ and φ.", nullptr, ""},
+        {"pharr-1.5", Diagram, "The offset h and the angle γ.", nullptr, ""},
+        {"pharr-1.6", Diagram, "The tilted scales.", nullptr, ""},
+        {"pharr-1.7", Diagram, "The paths R, TT and TRT.", nullptr, ""},
+        {"pharr-1.8", Render, "β_m = 0.1, 0.25, 0.6 under a skylight.", nullptr, ""},
+        {"pharr-1.9", Plot,
+         "M_p against θ_i for fixed θ_o; v = 0.02. Dashed: the specular direction θ_i = -θ_o.", Pharr1_9, ""},
+        {"pharr-1.10", Render, "Three absorptions: black, brown, blonde.", nullptr, ""},
+        {"pharr-1.11", Diagram, "Refraction at the fiber.", nullptr, ""},
+        {"pharr-1.12", Diagram, "The length of a segment, seen along the fiber.", nullptr, ""},
+        {"pharr-1.13", Diagram, "The length of a segment, seen from the side.", nullptr, ""},
+        {"pharr-1.14", Diagram, "The deflections that make up Φ.", nullptr, ""},
+        {"pharr-1.15", Plot, "Φ(1, h), the turn of light that passes straight through the fiber; η = 1.55.",
+         Pharr1_15, ""},
+        {"pharr-1.16", Plot, "The logistic function trimmed to ±π.", Pharr1_16, ""},
+        {"pharr-1.17", Plot,
+         "N_1 around the fiber (distance from the centre; φ = 0 is back to the viewer); β_n = 0.1, θ_o = 0, "
+         "η = 1.55.",
+         Pharr1_17, ""},
+        {"pharr-1.18", Render, "β_n = 0.3, 0.6, 0.9.", nullptr, ""},
+        {"pharr-1.19", Render, "Scales not tilted, and tilted by 2 degrees.", nullptr, ""},
+        {"pharr-1.20", Render, "Two spheres beside two cubes of hairs of their colours.", nullptr, ""},
+
+        // Petrovic, Henne and Anderson
+        {"petrovic-1", Render, "Simulated and shaded volumetric hair.", nullptr, ""},
+        {"petrovic-2", Plot, "A hair model, and two planes through its signed distance field.", nullptr, ""},
+        {"petrovic-3", Render, "The hair shell; hair lit with the shell's normals; with its own.", nullptr,
+         ""},
+        {"petrovic-4", Render, "A simulated frame without and with smoothed velocities.", nullptr, ""},
+        {"petrovic-5", Render, "Start shape, target shape, shape reached by density forces.", nullptr, ""},
+        {"petrovic-6", Render, "Several styles, gelled and loose.", nullptr, ""},
+        {"petrovic-videos", Animation, "Level set, normals, simulation, directed simulation.", nullptr, ""},
+    });
+    return figures;
+}
+
+std::span<const Chart> Charts() { return {}; }
+
+} // namespace cuticle

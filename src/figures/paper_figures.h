@@ -1,0 +1,19 @@
+// The plots of the papers, one function each. Named by paper and number; the captions stand in figure_table.cpp.
+#pragma once
+
+#include "figures/figure.h"
+
+namespace cuticle {
+
+// d'Eon et al. 2011
+FigureData Deon03(const FigureOptions &options);
+FigureData Deon04(const FigureOptions &options);
+FigureData Deon05(const FigureOptions &options);
+
+// Pharr 2016
+FigureData Pharr1_9(const FigureOptions &options);
+FigureData Pharr1_15(const FigureOptions &options);
+FigureData Pharr1_16(const FigureOptions &options);
+FigureData Pharr1_17(const FigureOptions &options);
+
+} // namespace cuticle
