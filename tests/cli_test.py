@@ -301,6 +301,11 @@ class CommandLine(unittest.TestCase):
             self.assertIn(row, run.stdout)
         self.assertTrue(run.stdout.endswith("1 part of a scene\n"), run.stdout)
 
+    def test_the_readme_holds_the_table_of_features(self):
+        readme = (pathlib.Path(__file__).parent.parent / "README.md").read_text()
+        table = readme.split("<!-- what `cuticle features` prints -->\n")[1].split("<!-- end -->")[0]
+        self.assertEqual(table, self.ok("features").stdout, "replace the README's table by what `cuticle features` prints")
+
     def test_goniometer(self):
         run = self.ok("goniometer", "--samples", "20000", "--alpha", "3", "--roughness", "0.1", "--sigma-a", "0", "0.5",
                       "-o", "lobes")

@@ -23,6 +23,7 @@ static int Run(int argc, char **argv) {
     cuticle::AddConvertCommand(app);
     cuticle::AddGoniometerCommand(app);
     cuticle::AddFigureCommand(app);
+    cuticle::AddFeaturesCommand(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &e) {

@@ -2,9 +2,9 @@
 #include "render/integrator.h"
 
 #include "render/path.h"
+#include "scene/plugins.h"
 
 #include <algorithm>
-#include <array>
 
 namespace cuticle {
 
@@ -26,19 +26,17 @@ static PathIntegrator::Settings PathSettings(const ParamSet &params, bool direct
 }
 //<
 
-//> List the integrators that pbrt-v3 knows
-struct IntegratorName {
+//> List the integrators that "path" stands in for
+// And how their pictures would differ from ours.
+struct Difference {
     std::string_view name;
-    const char *difference = nullptr; // of the picture that it would make from ours, where "path" stands in
+    const char *text;
 };
 static constexpr char kSameButCaustics[] = "both estimate the same light, but for caustics of point and "
                                            "distant lights, which paths from the camera cannot find";
 static constexpr char kOpenness[] =
     "its picture shows how open each place is, whatever the lights; ours shows the lights";
-static constexpr IntegratorName kIntegrators[] = {
-    {"path"},
-    {"directlighting"},
-    {"whitted"},
+static constexpr Difference kDifferences[] = {
     {"volpath", "the picture is the same where there are no participating media, which are not rendered"},
     {"bdpt", kSameButCaustics},
     {"mlt", kSameButCaustics},
@@ -54,22 +52,23 @@ std::unique_ptr<Integrator> MakeIntegrator(const Entity &entity, const std::stri
     if (override) // the scene's parameters belong to another integrator: only the depth carries over
         std::erase_if(params.params, [](const Param &p) { return p.name != "maxdepth"; });
     //> Make the integrator, or say what stands in for it
-    std::array<std::string_view, std::size(kIntegrators)> names;
-    std::transform(std::begin(kIntegrators), std::end(kIntegrators), names.begin(),
-                   [](const IntegratorName &known) { return known.name; });
-    const auto found = std::find(names.begin(), names.end(), type);
-    if (found == names.end())
+    const std::vector<std::string_view> names = PluginNames(PluginKind::Integrator);
+    if (std::find(names.begin(), names.end(), type) == names.end())
         throw Error(params.loc,
                     "unknown integrator \"" + type + "\"." + Suggestion(type, names.data(), names.size()));
-    const char *difference = kIntegrators[found - names.begin()].difference;
     // pbrt-v3's "whitted" adds up direct light and follows mirrors and glass: the picture of "directlighting".
     const bool direct = type == "directlighting" || type == "whitted";
     auto integrator = std::make_unique<PathIntegrator>(PathSettings(params, direct));
-    if (!difference)
+    const std::string standIn(StandInOf(PluginKind::Integrator, type));
+    if (standIn.empty()) {
         params.ReportUnused("Integrator \"" + type + "\"");
-    else
-        Warning(params.loc, "integrator \"" + type + "\" is not rendered",
-                "integrator \"" + type + "\" is not rendered; \"path\" is used instead: " + difference);
+        return integrator;
+    }
+    std::string message = "integrator \"" + type + "\" is not rendered; \"" + standIn + "\" is used instead";
+    for (const Difference &difference : kDifferences)
+        if (difference.name == type)
+            message += std::string(": ") + difference.text;
+    Warning(params.loc, "integrator \"" + type + "\" is not rendered", message);
     return integrator;
     //<
 }

@@ -3,6 +3,7 @@
 #include "core/metal_spectra.h"
 #include "core/sampling.h"
 #include "scene/hair_models.h"
+#include "scene/plugins.h"
 #include "scene/subsurface.h"
 
 #include <bit>
@@ -483,26 +484,24 @@ std::unique_ptr<Material> Make(const Ingredients &in) {
 struct MaterialName {
     std::string_view name;
     Maker make;
-    std::string_view standIn; // of a material that is known and not rendered
 };
 
 // All of pbrt-v3's materials.
 constexpr MaterialName kMaterials[] = {
-    {"hair", MakeHair, ""},
-    {"matte", Make<MatteMaterial>, ""},
-    {"plastic", Make<PlasticMaterial>, ""},
-    {"mirror", Make<MirrorMaterial>, ""},
-    {"glass", Make<GlassMaterial>, ""},
-    {"uber", Make<UberMaterial>, ""},
-    {"metal", Make<MetalMaterial>, ""},
-    {"substrate", Make<SubstrateMaterial>, ""},
-    {"translucent", Make<TranslucentMaterial>, ""},
-    {"mix", MakeMix, ""},
-    {"disney", Make<DisneyMaterial>, ""},
-    {"subsurface", Make<SubsurfaceMaterial>,
-     "a coated diffuse surface of the reflectance that the medium implies"},
-    {"kdsubsurface", Make<KdSubsurfaceMaterial>, "a coated diffuse surface of the colour \"Kd\""},
-    {"fourier", MakeFourier, "a matte surface of reflectance 0.5"},
+    {"hair", MakeHair},
+    {"matte", Make<MatteMaterial>},
+    {"plastic", Make<PlasticMaterial>},
+    {"mirror", Make<MirrorMaterial>},
+    {"glass", Make<GlassMaterial>},
+    {"uber", Make<UberMaterial>},
+    {"metal", Make<MetalMaterial>},
+    {"substrate", Make<SubstrateMaterial>},
+    {"translucent", Make<TranslucentMaterial>},
+    {"mix", MakeMix},
+    {"disney", Make<DisneyMaterial>},
+    {"subsurface", Make<SubsurfaceMaterial>},
+    {"kdsubsurface", Make<KdSubsurfaceMaterial>},
+    {"fourier", MakeFourier},
 };
 
 } // namespace
@@ -542,10 +541,9 @@ std::unique_ptr<Material> MakeMaterial(const MaterialEntity &entity, const Textu
     for (const MaterialName &m : kMaterials) {
         if (m.name != entity.type)
             continue;
-        if (!m.standIn.empty())
+        if (const std::string standIn(StandInOf(PluginKind::Material, entity.type)); !standIn.empty())
             Warning(entity.params.loc, "material \"" + entity.type + "\" is not rendered",
-                    "material \"" + entity.type + "\" is not rendered; " + std::string(m.standIn) +
-                        " is used instead");
+                    "material \"" + entity.type + "\" is not rendered; " + standIn + " is used instead");
         auto material = m.make({entity, entity.params, textures, options, made});
         entity.params.ReportUnused("Material \"" + entity.type + "\"");
         return material;

@@ -2,6 +2,7 @@
 
 #include "core/metal_spectra.h"
 #include "scene/lexer.h"
+#include "scene/plugins.h"
 #include "scene/scene_description.h"
 #include "shapes/curve.h"
 
@@ -21,56 +22,6 @@ namespace {
 using std::string_view;
 
 // --- the names -------------------------------------------------------------------------------------------------
-
-// One kind of plug-in: what pbrt-v3 knows, and what only its successor and its predecessor know.
-struct PluginNames {
-    const char *what; // in messages
-    std::vector<string_view> known, v4, v2;
-};
-
-const PluginNames &Names(PluginKind kind) {
-    static const std::array<PluginNames, 12> names{{
-        {"Camera", {"perspective", "orthographic", "environment", "realistic"}, {"spherical"}, {}},
-        {"Sampler",
-         {"halton", "sobol", "random", "stratified", "02sequence", "lowdiscrepancy", "maxmindist"},
-         {"independent", "zsobol", "paddedsobol", "pmj02bn"},
-         {"adaptive", "bestcandidate"}},
-        {"Film", {"image"}, {"rgb", "gbuffer", "spectral"}, {}},
-        {"PixelFilter", {"box", "gaussian", "mitchell", "sinc", "triangle"}, {}, {}},
-        {"Integrator",
-         {"path", "directlighting", "whitted", "volpath", "bdpt", "mlt", "ambientocclusion", "ao", "sppm"},
-         {"simplepath", "simplevolpath", "lightpath", "randomwalk", "function"},
-         {"photonmap", "exphotonmap", "igi", "irradiancecache", "diffuseprt", "glossyprt", "useprobes",
-          "dipolesubsurface"}},
-        {"Accelerator", {"bvh", "kdtree"}, {}, {"grid", "none"}},
-        {"Shape",
-         {"curve", "trianglemesh", "plymesh", "sphere", "disk", "cylinder", "cone", "paraboloid",
-          "hyperboloid", "heightfield", "loopsubdiv", "nurbs", "hairfile", "groom", "groomhead"},
-         {"bilinearmesh"},
-         {}},
-        {"Material",
-         {"", "none", "matte", "plastic", "hair", "mirror", "glass", "uber", "translucent", "disney", "mix",
-          "metal", "substrate", "subsurface", "kdsubsurface", "fourier"},
-         {"coateddiffuse", "coatedconductor", "conductor", "dielectric", "diffuse", "diffusetransmission",
-          "interface", "thindielectric", "measured"},
-         {"shinymetal"}},
-        {"Texture",
-         {"constant", "scale", "mix", "imagemap", "checkerboard", "bilerp", "uv", "dots", "fbm", "wrinkled",
-          "marble", "windy", "ptex", "strandcolor"},
-         {"directionmix"},
-         {}},
-        {"LightSource",
-         {"infinite", "distant", "point", "spot", "goniometric", "projection", "exinfinite"},
-         {},
-         {"infinitesample"}},
-        {"AreaLightSource", {"diffuse", "area"}, {}, {}},
-        {"MakeNamedMedium",
-         {"homogeneous", "heterogeneous"},
-         {"uniformgrid", "rgbgrid", "cloud", "nanovdb"},
-         {}},
-    }};
-    return names[static_cast<size_t>(kind)];
-}
 
 bool Contains(std::span<const string_view> names, string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
@@ -594,15 +545,16 @@ std::array<double, N> Parser::ReadNumbers(const Token &word, const char *what, b
 }
 
 void Parser::CheckPluginName(PluginKind kind, const std::string &name, const char *at) {
-    const PluginNames &names = Names(kind);
-    if (Contains(names.known, name))
+    const PluginTable &table = Plugins(kind);
+    const std::vector<string_view> names = PluginNames(kind);
+    if (Contains(names, name))
         return;
-    const std::string full = std::string(names.what) + " " + Quoted(name);
-    if (Contains(names.v4, name))
+    const std::string full = std::string(table.directive) + " " + Quoted(name);
+    if (Contains(table.v4, name))
         Fail(at, full + " is pbrt-v4: this looks like a pbrt-v4 scene, and Cuticle reads pbrt-v3");
-    if (Contains(names.v2, name))
+    if (Contains(table.v2, name))
         Fail(at, full + " is pbrt-v2: this looks like a pbrt-v2 scene, and Cuticle reads pbrt-v3");
-    Fail(at, full + " is not known." + Suggestion(name, names.known.data(), names.known.size()));
+    Fail(at, full + " is not known." + Suggestion(name, names.data(), names.size()));
 }
 
 std::string Parser::ReadPluginName(const Token &word, PluginKind kind) {
@@ -1746,8 +1698,6 @@ void Parser::MakeRoom(CurvePool *pool) {
 }
 
 } // namespace
-
-std::span<const std::string_view> KnownPlugins(PluginKind kind) { return Names(kind).known; }
 
 std::span<const std::string_view> MaterialParameters(std::string_view materialType) {
     static const std::unordered_map<string_view, std::vector<string_view>> table{

@@ -5,7 +5,7 @@
 #include "grooms/groom_file.h"
 #include "grooms/head_shape.h"
 #include "grooms/procedural.h"
-#include "scene/parser.h"
+#include "scene/plugins.h"
 #include "shapes/loop_subdivision.h"
 #include "shapes/ply.h"
 #include "shapes/strand_normals.h"
@@ -14,12 +14,7 @@
 
 namespace cuticle {
 
-namespace {
-
-// Shapes of pbrt-v3 that this version leaves out of the picture.
-constexpr std::string_view kLeftOut[] = {"nurbs"};
-
-} // namespace
+namespace {} // namespace
 
 // What is needed only while the scene is made.
 class Scene::Builder {
@@ -84,11 +79,11 @@ class Scene::Builder {
             }
         if (shape.type == "hairfile" || shape.type == "groom")
             return AddGroom(shape, toWorld, curves);
-        if (std::find(std::begin(kLeftOut), std::end(kLeftOut), shape.type) != std::end(kLeftOut)) {
+        if (const std::string standIn(StandInOf(PluginKind::Shape, shape.type)); !standIn.empty()) {
             for (const Param &param : p.params)
                 param.used = true;
             return Warning(p.loc, "shape \"" + shape.type + "\" is not rendered",
-                           "shape \"" + shape.type + "\" is not rendered; it is left out of the picture");
+                           "shape \"" + shape.type + "\" is not rendered; it is " + standIn);
         }
         // Without a material light passes a surface: it is no surface, unless it emits
         const bool visible = MaterialOf(shape.state) != nullptr || shape.state.areaLight >= 0;
@@ -138,7 +133,7 @@ class Scene::Builder {
             const Point3f p1 = p.FindPoint3f("p1", {0, 0, 0}), p2 = p.FindPoint3f("p2", {1, 1, 1});
             return visible ? solids.AddHyperboloid(toWorld, p1, p2, phiMax, id, flip) : 0;
         }
-        const std::span<const std::string_view> names = KnownPlugins(PluginKind::Shape);
+        const std::vector<std::string_view> names = PluginNames(PluginKind::Shape);
         throw Error(p.loc, "unknown shape \"" + shape.type + "\"." +
                                Suggestion(shape.type, names.data(), names.size()));
     }

@@ -4,6 +4,7 @@
 #include "core/image.h"
 #include "scene/lexer.h"
 #include "scene/noise.h"
+#include "scene/plugins.h"
 
 #include <array>
 #include <atomic>
@@ -662,7 +663,8 @@ TexturePtr<T> MakePtex(const TextureEntity &e, Builder &) {
     for (const Param &p : e.params.params)
         p.used = true; // one warning is enough
     Warning(e.params.loc, "texture class \"" + e.type + "\"",
-            "Texture \"ptex\" is not rendered; the constant 0.5 is used instead");
+            "Texture \"ptex\" is not rendered; " + std::string(StandInOf(PluginKind::Texture, "ptex")) +
+                " is used instead");
     return Constant(T(0.5f));
 }
 

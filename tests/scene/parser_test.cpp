@@ -1,5 +1,6 @@
 #include "scene/lexer.h"
 #include "scene/parser.h"
+#include "scene/plugins.h"
 #include "scene/scene_description.h"
 #include "shapes/curve.h"
 
@@ -1143,7 +1144,7 @@ TEST(ParserRealFiles, ParseOrLackFiles) {
 }
 
 TEST(ParserTables, EveryMaterialHasItsParametersOrNone) {
-    for (const std::string_view type : KnownPlugins(PluginKind::Material))
+    for (const std::string_view type : PluginNames(PluginKind::Material))
         EXPECT_EQ(MaterialParameters(type).empty(), type.empty() || type == "none") << type;
     EXPECT_TRUE(MaterialParameters("unheard of").empty());
 }
