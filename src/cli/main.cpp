@@ -24,6 +24,7 @@ static int Run(int argc, char **argv) {
     cuticle::AddGoniometerCommand(app);
     cuticle::AddFigureCommand(app);
     cuticle::AddFeaturesCommand(app);
+    cuticle::AddChartCommand(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &e) {

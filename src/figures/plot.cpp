@@ -92,7 +92,8 @@ std::string LineStyle(const PlotSeries &s, size_t order) {
     return ColorOf(s, order) + " lw " + Number(s.width) + " dt " + dashes[static_cast<size_t>(s.dash)];
 }
 std::string MarkerStyle(const PlotSeries &s, size_t order) {
-    return " pt " + std::to_string(kMarkers[Cycled(s.marker, order, kMarkers.size())]) + " ps 0.6";
+    return " pt " + std::to_string(kMarkers[Cycled(s.marker, order, kMarkers.size())]) +
+           (s.mark.empty() ? " ps 0.6" : " ps 0.9");
 }
 
 std::string LegendOf(const PlotSeries &s) {
@@ -154,16 +155,34 @@ void AddSeries(const PlotSeries &s, size_t order, const std::string &rows, Drawi
     else if (!s.error.empty())
         drawing->Add(name + " using 1:2:3:4 with yerrorbars pt 7 ps 0 lw 1" + ColorOf(s, order) + " notitle");
     drawing->Add(name + " using 1:2 " + With(s, order) + LegendOf(s));
+    if (!s.mark.empty())
+        drawing->Add(name + " using 1:2:(" + Quoted(s.mark) +
+                     ") with labels left offset 0.7,0.4 font ',10' tc rgb '" +
+                     kColors[Cycled(s.color, order, kColors.size())] + "' notitle");
+}
+
+// The numbers 1, 2 and 5 times powers of ten on a logarithmic axis, in brackets.
+std::string LogTics(double min, double max) {
+    std::string tics;
+    for (double power = std::pow(10, std::floor(std::log10(min))); power <= max; power *= 10)
+        for (const double x : {power, 2 * power, 5 * power})
+            if (x >= min && x <= max)
+                tics += (tics.empty() ? "(" : ", ") + Number(x);
+    return tics.empty() ? "autofreq" : tics + ")";
 }
 
 std::string AxisText(const char *name, const PlotAxis &axis) {
-    std::string text = axis.log
-                           ? std::string("set logscale ") + name + "\nset format " + name + " '10^{%T}'\n"
-                           : std::string("unset logscale ") + name + "\nset format " + name + " '%g'\n";
+    // Less than three decades: plain numbers.
+    const bool plain = !axis.log || (axis.min && axis.max && *axis.max / *axis.min < 1e3);
+    std::string text = std::string(axis.log ? "set" : "unset") + " logscale " + name + "\nset format " +
+                       name + (plain ? " '%g'\n" : " '10^{%T}'\n");
     text += std::string("set ") + name + "range " + AxisRange(axis) + "\n";
     text += std::string("set ") + name + "tics nomirror out scale 0.6,0.3 " +
-            (axis.step > 0 && !axis.log ? Number(axis.step) : "autofreq") + "\n";
-    text += std::string(axis.log ? "set m" : "unset m") + name + "tics\n";
+            (!plain || (!axis.log && axis.step <= 0) ? "autofreq"
+             : axis.log                              ? LogTics(*axis.min, *axis.max)
+                                                     : Number(axis.step)) +
+            "\n";
+    text += std::string(axis.log && !plain ? "set m" : "unset m") + name + "tics\n";
     text += std::string("set ") + name + "label " + Quoted(axis.label) + "\n";
     return text;
 }
@@ -385,7 +404,8 @@ std::string LegendPlace(const std::string &words) {
 std::string PanelText(const PlotPanel &panel, const std::string &besides) {
     CheckPanel(panel);
     std::string text = "unset arrow\nunset label\nunset object\nunset colorbox\n" + besides + "set title " +
-                       Quoted(panel.title) + "\nset key " + LegendPlace(panel.legend) +
+                       Quoted(panel.title) + "\nset key " +
+                       (panel.right > 0 ? "at graph 1.02, graph 1.03 left top" : LegendPlace(panel.legend)) +
                        " Left reverse spacing 1.15 samplen 2.2\n";
     switch (panel.kind) {
     case PlotKind::Cartesian:
@@ -528,17 +548,20 @@ std::string GnuplotText(const Plot &plot, const std::string &terminal) {
                   bottom = captionHeight + (rows - 1 - row) * plot.height;
         text += "set origin " + Number(static_cast<double>(column) / columns) + "," + Number(part(bottom)) +
                 "\nset size " + Number(1. / columns) + "," + Number(part(plot.height)) + "\n";
-        std::string besides;
+        const PlotPanel &panel = plot.panels[static_cast<size_t>(i)];
+        std::string besides = panel.right > 0
+                                  ? "set rmargin at screen " + Number((column + panel.right) / columns) + "\n"
+                                  : "set rmargin -1\n";
         if (i == 0 && !plot.title.empty())
-            besides = "set label " + Quoted(plot.title) + " at screen 0.5, screen " +
-                      Number(1 - part(kTitleHeight / 2)) + " center font ',15' textcolor rgb '" + kInk +
-                      "'\n";
+            besides += "set label " + Quoted(plot.title) + " at screen 0.5, screen " +
+                       Number(1 - part(kTitleHeight / 2)) + " center font ',15' textcolor rgb '" + kInk +
+                       "'\n";
         for (size_t k = 0; i == 0 && k < caption.size(); ++k)
             besides += "set label " + Quoted(caption[k]) + " at screen " +
                        Number(static_cast<double>(kCaptionMargin) / width) + ", screen " +
                        Number(part(captionHeight - kCaptionLine / 2 - static_cast<int>(k) * kCaptionLine)) +
                        " left font ',9' textcolor rgb '" + kInk + "'\n";
-        text += PanelText(plot.panels[static_cast<size_t>(i)], besides);
+        text += PanelText(panel, besides);
     }
     text += "unset multiplot\n";
     return text;

@@ -32,6 +32,7 @@ struct PlotSeries {
     PlotDash dash = PlotDash::Solid;
     double width = 2; // of the line, in pixels
     int marker = -1;  // 0 to 6: disc, square, triangle, diamond, circle, open square, cross; -1: by order
+    std::string mark = ""; // a short text beside every point
 };
 // A palette that people with a colour vision deficiency can tell apart (Okabe and Ito 2008), black last.
 inline constexpr int kPlotColors = 8;
@@ -73,6 +74,8 @@ struct PlotPanel {
     PlotHeatMap heatMap; // series are drawn over it
     std::vector<PlotReferenceLine> lines;
     std::string legend = "top right"; // gnuplot's words for a place: left, right, top, bottom, outside, below
+    double right =
+        0; // if not 0: the axes end at this share of the panel's width, and the legend stands beyond
     double polarZero = 0;
     bool clockwise = false;
     double polarFirst = -180, polarLast = 180; // the sector that is shown, 0 to 360 degrees wide

@@ -1,0 +1,10 @@
+// The charts, one function each: error against cost, measured in the run that draws them.
+#pragma once
+
+#include "figures/figure.h"
+
+namespace cuticle {
+
+FigureData BesselChart(const FigureOptions &options);
+
+} // namespace cuticle

@@ -1,0 +1,39 @@
+// What the charts share: times measured in turns, the Pareto front, and the diagram of error against cost.
+#pragma once
+
+#include "figures/plot.h"
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace cuticle {
+
+// Seconds of each job, the least of `rounds` rounds in which all jobs take turns, so that a busy moment of the machine
+// hits all alike. Each job runs once before the first round.
+std::vector<double> TimeInTurns(const std::vector<std::function<void()>> &jobs, int rounds);
+
+// Keeps a result from being optimised away.
+template <typename T>
+inline void Keep(const T &value) {
+    asm volatile("" : : "m"(value) : "memory");
+}
+
+// A method on the chart. family groups methods by colour (0 to kPlotColors - 1). error NaN or infinite: it fails.
+struct CostPoint {
+    std::string method;
+    double cost, error;
+    int family = 0;
+};
+
+// Indices of the points that no other beats in both cost and error, by rising cost. Points that fail, or whose cost is
+// not a number, are never among them.
+std::vector<size_t> ParetoFront(const std::vector<CostPoint> &points);
+
+// Points with letters, named in the legend, and their front as steps. Both axes logarithmic. Errors above worst, and
+// failures, stand at worst; errors below best at best.
+PlotPanel CostPanel(const std::string &title, const std::string &costLabel, const std::string &errorLabel,
+                    const std::vector<CostPoint> &points, double best, double worst);
+
+} // namespace cuticle
