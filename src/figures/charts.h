@@ -6,5 +6,6 @@
 namespace cuticle {
 
 FigureData BesselChart(const FigureOptions &options);
+FigureData RootsChart(const FigureOptions &options);
 
 } // namespace cuticle

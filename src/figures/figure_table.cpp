@@ -106,6 +106,13 @@ std::span<const Chart> Charts() {
          "error against "
          "50 digits over v from 10^{-8} to 100, and the time of a value, the least of many rounds.",
          BesselChart},
+        {"roots",
+         "The paths through a smooth fiber that leave at a given azimuth: how far from it the light of the "
+         "paths found "
+         "really leaves, at worst, and in how many cases their number is wrong, over the circle and η' = "
+         "1.165 (under "
+         "water), 1.3, 1.5, 1.55, 1.8 and 2.2.",
+         RootsChart},
     });
     return charts;
 }
