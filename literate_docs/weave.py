@@ -45,9 +45,10 @@ WITH_FILE = re.compile(r"([\w./-]+\.\w+):\s+(.*)")
 class Piece:
     """One stretch of a source between //> and //<."""
 
-    def __init__(self, file, line, name):
-        self.file, self.line, self.name = file, line, name
+    def __init__(self, file, line, name, parent=None):
+        self.file, self.line, self.name, self.parent = file, line, name, parent
         self.shown = None  # (chapter, line) of its listing
+        self.body = []  # of what is shown: (line number, text), and the pieces inside
 
 
 class Check:
@@ -55,6 +56,7 @@ class Check:
         self.root = root
         self.errors = []  # (file, line, message)
         self.chunks = {}  # name -> {file: [Piece, in the order of the source]}
+        self.listings = {}  # (chapter, line) -> the Piece shown there
 
     def error(self, file, line, message):
         self.errors.append((file, line, message))
@@ -72,7 +74,9 @@ class Check:
                     self.error(file, number, "a chunk opens with '//> Name of the step': a space and a name")
                 if any(piece.name == name for piece in open_pieces):
                     self.error(file, number, f"chunk ⟨{name}⟩ is opened inside itself")
-                piece = Piece(file, number, name)
+                piece = Piece(file, number, name, open_pieces[-1] if open_pieces else None)
+                if open_pieces:
+                    open_pieces[-1].body.append(piece)
                 open_pieces.append(piece)
                 self.chunks.setdefault(name, {}).setdefault(file, []).append(piece)
             elif closes:
@@ -82,7 +86,9 @@ class Check:
                     open_pieces.pop()
                 else:
                     self.error(file, number, "'//<' closes a chunk, but none is open")
-            elif not open_pieces:
+            elif open_pieces:
+                open_pieces[-1].body.append((number, line))
+            else:
                 outside = True
                 if not was_outside:
                     self.error(file, number, "this line lies outside all chunks")
@@ -128,6 +134,7 @@ class Check:
         for piece in pieces:
             if piece.shown is None:
                 piece.shown = (chapter, line)
+                self.listings[piece.shown] = piece
                 return
         where = "{}:{}".format(*pieces[-1].shown)
         self.error(chapter, line, f"chunk ⟨{pieces[0].name}⟩ is shown twice; the last of it was shown at {where}")

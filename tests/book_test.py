@@ -1,0 +1,158 @@
+"""The weaver of the book (literate_docs/book.py): what it shows, and that whatever is broken stops it and says where.
+
+Every test writes a tiny book into a temporary folder. Those that need pandoc and KaTeX are skipped where `.ci/setup book` has not
+installed them; broken chunks, names, values and commands are found without. Run: python3 -m unittest tests/book_test.py
+"""
+
+import contextlib
+import io
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "literate_docs"))
+import book  # noqa: E402
+
+SOURCE = "src/fibers/a.h"
+CHAPTER = "literate_docs/01-first.md"
+GOOD_SOURCE = """//> Add numbers
+// Exact (Nobody 1999).
+int Add(int a, int b) {
+    //> Return the sum of $a$ and $b$
+    return a + b;
+    //<
+}
+//<
+//> Add numbers
+int Zero();
+//<
+"""
+GOOD_CHAPTER = """# 1 Sums
+
+Numbers can be added, $a < b$, as in ⟨Return the sum of $a$ and $b$⟩.
+
+⟨Add numbers⟩
+
+$$
+\\sum_i a_i
+$$
+
+A sum it is.
+
+⟨Return the sum of $a$ and $b$⟩
+
+And nothing:
+
+⟨Add numbers⟩
+
+```values
+pi = echo about 3.14159 => about ([\\d.]+)
+```
+
+The circle has {{pi .3g}}, or {{pi %}}, or {{pi}}.
+
+```run
+echo made by > made.png; echo 6*7 is $((6*7))
+```
+
+![a picture](run:made.png)
+"""
+WITH_TOOLS = unittest.skipUnless(
+    shutil.which("pandoc") and shutil.which("node") and any(Path(p).exists() for p in book.KATEX_CSS),
+    "pandoc or KaTeX is missing: .ci/setup book installs them")
+
+
+class Weaver(unittest.TestCase):
+    def weave(self, files):
+        """Weaves files, {path: text}; returns (status, what is printed, {page: text})."""
+        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as output:
+            for path, text in files.items():
+                file = Path(folder) / path
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text(text, encoding="utf-8")
+            out = Path(folder) / "out"
+            status = book.main(["--root", folder, "--out", str(out), "--no-pdf"])
+            pages = {p.name: p.read_text(encoding="utf-8") for p in out.glob("*.html")} if out.exists() else {}
+        return status, output.getvalue(), pages
+
+    def assert_stops(self, chapter, *says, source=GOOD_SOURCE, **others):
+        status, output, pages = self.weave({SOURCE: source, CHAPTER: chapter, **others})
+        self.assertEqual(status, 1, output)
+        self.assertEqual(pages, {})
+        for text in says:
+            self.assertIn(text, output)
+
+    # --- what is broken stops the build ------------------------------------------------------------------------------
+    def test_a_broken_chunk(self):
+        self.assert_stops(GOOD_CHAPTER, f"{SOURCE}:9: error: chunk ⟨Add numbers⟩ is never closed", source=GOOD_SOURCE[:-5] + "\n")
+
+    def test_a_broken_name(self):
+        self.assert_stops(GOOD_CHAPTER.replace("⟨Add numbers⟩", "⟨Add number⟩", 1), f"{CHAPTER}:5: error: unknown chunk ⟨Add number⟩")
+
+    def test_a_value_that_is_not_printed(self):
+        self.assert_stops(GOOD_CHAPTER.replace("echo about", "echo exactly"),
+                          f"{CHAPTER}:20: error: `echo exactly 3.14159` prints nothing that matches about")
+
+    def test_a_value_that_nobody_defines(self):
+        self.assert_stops(GOOD_CHAPTER.replace("{{pi %}}", "{{tau %}}"), f"{CHAPTER}:23: error: unknown value {{{{tau}}}}; this chapter has: pi")
+
+    def test_a_value_that_is_no_number(self):
+        self.assert_stops(GOOD_CHAPTER.replace("([\\d.]+)", "(\\d)").replace("{{pi .3g}}", "{{pi .3q}}"),
+                          f"{CHAPTER}:23: error: value pi is 3, which '.3q' does not format")
+
+    def test_a_value_written_wrongly(self):
+        self.assert_stops(GOOD_CHAPTER.replace("=>", "->"), f"{CHAPTER}:20: error: a value is written as: name = command")
+
+    def test_a_command_that_fails(self):
+        self.assert_stops(GOOD_CHAPTER.replace("echo 6*7", "false && echo 6*7"), f"{CHAPTER}:26: error: `", "ends with status 1")
+
+    @WITH_TOOLS
+    def test_a_broken_formula(self):
+        self.assert_stops(GOOD_CHAPTER.replace("\\sum_i", "\\summe_i"), f"{CHAPTER}:7: error: KaTeX does not know $\\summe_i a_i$")
+        self.assert_stops(GOOD_CHAPTER, f"{SOURCE}:1: error: KaTeX does not know $\\nix$",
+                          source=GOOD_SOURCE.replace("Add numbers", "Add $\\nix$"),
+                          **{"literate_docs/01-first.md": GOOD_CHAPTER.replace("Add numbers", "Add $\\nix$")})
+
+    @WITH_TOOLS
+    def test_a_dead_link(self):
+        self.assert_stops(GOOD_CHAPTER + "\nSee [there](02-second.md).\n", f"{CHAPTER}:31: error: dead link: 02-second.md")
+        self.assert_stops(GOOD_CHAPTER + "\nSee [there](#nowhere).\n", f"{CHAPTER}:31: error: dead link: nothing is called #nowhere")
+
+    @WITH_TOOLS
+    def test_a_missing_picture(self):
+        self.assert_stops(GOOD_CHAPTER.replace("run:made.png", "run:other.png"), f"{CHAPTER}:29: error: no command of this chapter wrote the picture other.png")
+        self.assert_stops(GOOD_CHAPTER.replace("run:made.png", "other.png"), f"{CHAPTER}:", "dead link: other.png")
+
+    # --- what is woven -----------------------------------------------------------------------------------------------
+    @WITH_TOOLS
+    def test_a_book(self):
+        status, output, pages = self.weave({SOURCE: GOOD_SOURCE, CHAPTER: GOOD_CHAPTER, "literate_docs/02-second.md": "# 2 More\n\nSee [chapter 1](01-first.md).\n"})
+        self.assertEqual(status, 0, output)
+        page = pages["01-first.html"]
+        text = re.sub(r"<[^>]+>", "", page)
+        for words in ["⟨Add numbers⟩ ≡", "⟨Add numbers⟩ +≡", "The circle has 3.14, or 314%, or 3.14159.", "6*7 is 42", "used in", "continued in"]:
+            self.assertIn(words, text)
+        self.assertIn('class="katex"', page)
+        self.assertNotIn("$a", text.replace("application/x-tex", ""))
+        self.assertIn('<a rel="next" href="02-second.html">', page)
+        # From the listing to its line and back
+        self.assertIn(f'href="source-src-fibers-a.h.html#L4">{SOURCE}:4</a>', page)
+        source = pages["source-src-fibers-a.h.html"]
+        target = re.search(r'id="L4".*?href="(01-first.html#[^"]+)"', source)[1]
+        self.assertIn(f'id="{target.split("#")[1]}"', page)
+        self.assertIn("Add", re.sub(r"<[^>]+>", "", pages["index-names.html"]))
+        self.assertNotIn("\x02", "".join(pages.values()))
+
+    def test_highlighting_keeps_the_text(self):
+        for line in ['int a = 1.5e-3f; // "no string"', 'const char *s = "a // b"; char c = \'"\';', "#include <array>", "if (a < b && c > d) return Foo<Bar>(0x1p-24f);"]:
+            plain = re.sub(r"<[^>]+>", "", book.highlight(line))
+            self.assertEqual(book.html.unescape(plain), line)
+
+
+if __name__ == "__main__":
+    unittest.main()
