@@ -1,0 +1,339 @@
+// The hair model against the portable reference values of tests/vectors, which another program computed with forty digits.
+// Every row of every file, in every precision and by every kernel, within the tolerance that the files themselves state.
+#include "core/error.h"
+#include "core/sampling.h"
+#include "fibers/every_kernel.h"
+#include "fibers/hair.h"
+#include "fibers/hair_model.h"
+#include "fibers/smooth_fiber.h"
+
+#include <boost/math/special_functions/gamma.hpp>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <fstream>
+
+namespace cuticle {
+namespace {
+
+// One file. Columns are asked for by name.
+class Vectors {
+  public:
+    explicit Vectors(const std::string &name) {
+        std::ifstream file(std::string(CUTICLE_SOURCE_DIR) + "/tests/vectors/" + name + ".json");
+        const nlohmann::json json = nlohmann::json::parse(file);
+        if (json.at("version") != 1)
+            throw Error("the vectors are of another version");
+        columns_ = json.at("columns").get<std::vector<std::string>>();
+        rows_ = json.at("rows").get<std::vector<std::vector<double>>>();
+    }
+    size_t Rows() const { return rows_.size(); }
+    size_t Column(const std::string &name) const {
+        const auto found = std::find(columns_.begin(), columns_.end(), name);
+        if (found == columns_.end())
+            throw Error("the vectors have no column " + name);
+        return static_cast<size_t>(found - columns_.begin());
+    }
+    double At(size_t row, size_t column) const { return rows_[row].at(column); }
+    double At(size_t row, const std::string &column) const { return At(row, Column(column)); }
+    std::string Describe(size_t row) const {
+        std::string text;
+        for (size_t c = 0; c < std::min<size_t>(columns_.size(), 20); ++c)
+            text += columns_[c] + " " + std::to_string(At(row, c)) + ", ";
+        return text;
+    }
+
+  private:
+    std::vector<std::string> columns_;
+    std::vector<std::vector<double>> rows_;
+};
+
+// Counts values and remembers the worst, in units of its tolerance.
+template <typename T>
+class Judge {
+  public:
+    // The files' rule: u (16 + 2 condition), of |expected| or, for angles, of 1.
+    void Relative(const Vectors &vectors, size_t row, T value, const char *column, double absolute = 0) {
+        const double expected = vectors.At(row, column);
+        Count(vectors, row, value, expected, Unit(vectors, row) * std::abs(expected) + absolute, column);
+    }
+    void Angle(const Vectors &vectors, size_t row, T value, const char *column) {
+        const double expected = vectors.At(row, column);
+        const double turns = std::nearbyint((static_cast<double>(value) - expected) / (2 * kPi<double>));
+        Count(vectors, row, value - static_cast<T>(2 * turns) * kPi<T>, expected, Unit(vectors, row), column);
+    }
+    ~Judge() {
+        std::printf("%zu values, the worst at %.2f of its tolerance\n", count_, worst_);
+        EXPECT_GT(count_, 0u);
+    }
+    static constexpr double kUnit = static_cast<double>(std::numeric_limits<T>::epsilon()) / 2;
+
+  private:
+    static double Unit(const Vectors &vectors, size_t row) {
+        // The files hold 17 digits, rounded once more to a double: no type is asked for more
+        return std::max(kUnit, 0x1p-53) * (16 + 2 * vectors.At(row, "condition"));
+    }
+    void Count(const Vectors &vectors, size_t row, T value, double expected, double tolerance,
+               const char *column) {
+        ++count_;
+        const double miss = std::abs(static_cast<double>(value) - expected) / tolerance;
+        if (expected != static_cast<double>(value))
+            worst_ = std::max(worst_, miss);
+        EXPECT_LE(std::abs(static_cast<double>(value) - expected), tolerance)
+            << column << " of row " << row << ": " << vectors.Describe(row);
+    }
+    size_t count_ = 0;
+    double worst_ = 0;
+};
+
+template <typename T>
+class HairVectors : public testing::Test {
+  public:
+    static T In(const Vectors &v, size_t row, const char *column) {
+        return static_cast<T>(v.At(row, column));
+    }
+};
+using Types = testing::Types<float, double, long double>;
+TYPED_TEST_SUITE(HairVectors, Types);
+
+TYPED_TEST(HairVectors, Bessel) {
+    const Vectors v("bessel");
+    Judge<TypeParam> judge;
+    for (size_t i = 0; i < v.Rows(); ++i)
+        judge.Relative(v, i, I0e(this->In(v, i, "x")), "i0e");
+}
+
+TYPED_TEST(HairVectors, Mp) {
+    using T = TypeParam;
+    const Vectors v("mp");
+    Judge<T> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const T o = this->In(v, i, "theta_o"), in = this->In(v, i, "theta_i");
+        judge.Relative(v, i, Mp(std::cos(in), std::cos(o), std::sin(in), std::sin(o), this->In(v, i, "v")),
+                       "mp");
+    }
+}
+
+TYPED_TEST(HairVectors, PhiAndNp) {
+    using T = TypeParam;
+    const Vectors v("np");
+    Judge<T> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const T h = this->In(v, i, "h"), theta = this->In(v, i, "theta_o"), eta = this->In(v, i, "eta");
+        const auto p = static_cast<int>(v.At(i, "p"));
+        const T gammaO = std::asin(h), gammaT = SmoothFiber<T>(std::cos(theta), eta).GammaT(h);
+        judge.Angle(v, i, Phi(p, gammaO, gammaT), "turn");
+        judge.Relative(v, i,
+                       Np(this->In(v, i, "phi"), p, AzimuthalScale(this->In(v, i, "beta_n")), gammaO, gammaT),
+                       "np");
+    }
+}
+
+TYPED_TEST(HairVectors, Ap) {
+    using T = TypeParam;
+    const Vectors v("ap");
+    Judge<T> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const auto in = [&](const char *name) { return static_cast<float>(v.At(i, name)); };
+        const float sigma = in("sigma_a");
+        const HairLobes<T> hair(
+            {in("h"), in("eta"), {sigma, sigma, sigma}, 0.3f, 0.3f, 2, ScaleTilt::RootToTip});
+        const T theta = this->In(v, i, "theta_o");
+        const auto ap = hair.Attenuations({std::sin(theta), std::cos(theta), T(0)});
+        const double absolute = std::abs(v.At(i, "h")) == 1 ? 64 * Judge<float>::kUnit : 0;
+        T total = 0;
+        for (size_t p = 0; p < kLobes; ++p) {
+            judge.Relative(v, i, ap[p][0], std::array{"a0", "a1", "a2", "a3"}[p], absolute);
+            total += ap[p][0];
+        }
+        judge.Relative(v, i, total, "total", absolute);
+    }
+}
+
+HairParameters ParametersOf(const Vectors &v, size_t row) {
+    const auto in = [&](const char *name) { return static_cast<float>(v.At(row, name)); };
+    return {in("h"),
+            in("eta"),
+            {in("sigma_r"), in("sigma_g"), in("sigma_b")},
+            in("beta_m"),
+            in("beta_n"),
+            in("alpha"),
+            in("tilt") > 0 ? ScaleTilt::RootToTip : ScaleTilt::PbrtV3};
+}
+HairBSDF Bsdf(const HairParameters &p) {
+    return {p.h, p.eta, Spectrum(p.sigmaA[0], p.sigmaA[1], p.sigmaA[2]), p.betaM, p.betaN, p.alpha, p.tilt};
+}
+template <typename T>
+Vector3<T> Direction(T theta, T phi) {
+    return {std::sin(theta), std::cos(theta) * std::cos(phi), std::cos(theta) * std::sin(phi)};
+}
+constexpr double kViewAzimuth = 0.7; // anywhere: only the difference counts
+
+template <typename T>
+void JudgeValue(Judge<T> &judge, const Vectors &v, size_t row, const std::array<T, 3> &fCos, T pdf) {
+    judge.Relative(v, row, fCos[0], "f_cos_r");
+    judge.Relative(v, row, fCos[1], "f_cos_g");
+    judge.Relative(v, row, fCos[2], "f_cos_b");
+    judge.Relative(v, row, pdf, "pdf");
+}
+
+TYPED_TEST(HairVectors, BsdfAndPdf) {
+    using T = TypeParam;
+    const Vectors v("bsdf");
+    Judge<T> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const T turn = static_cast<T>(kViewAzimuth);
+        const auto value = HairLobes<T>(ParametersOf(v, i))
+                               .Evaluate(Direction(this->In(v, i, "theta_o"), turn),
+                                         Direction(this->In(v, i, "theta_i"), turn + this->In(v, i, "phi")));
+        JudgeValue(judge, v, i, value.fCos, value.pdf);
+    }
+}
+
+std::array<double, 4> NumbersOf(const Vectors &v, size_t row) {
+    return {v.At(row, "u_lobe"), v.At(row, "u_azimuth"), v.At(row, "u_cosine"), v.At(row, "u_turn")};
+}
+
+TYPED_TEST(HairVectors, Samples) {
+    using T = TypeParam;
+    const Vectors v("samples");
+    Judge<T> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const std::array<double, 4> u = NumbersOf(v, i);
+        Vector3<T> wi;
+        const auto value = HairLobes<T>(ParametersOf(v, i))
+                               .Sample(Direction(this->In(v, i, "theta_o"), static_cast<T>(kViewAzimuth)),
+                                       {static_cast<T>(u[0]), static_cast<T>(u[1]), static_cast<T>(u[2]),
+                                        static_cast<T>(u[3])},
+                                       &wi);
+        judge.Angle(v, i, std::atan2(wi.x, std::hypot(wi.y, wi.z)), "theta_i");
+        judge.Angle(v, i, std::atan2(wi.z, wi.y) - static_cast<T>(kViewAzimuth), "phi");
+        JudgeValue(judge, v, i, value.fCos, value.pdf);
+    }
+}
+
+// The class that renders, with every kernel.
+class HairVectorsBsdf : public EveryKernel {};
+CUTICLE_WITH_EVERY_KERNEL(HairVectorsBsdf);
+
+std::array<float, 3> WithCosine(const Spectrum &f, const Vector3f &wi) {
+    return {f[0] * std::abs(wi.z), f[1] * std::abs(wi.z), f[2] * std::abs(wi.z)};
+}
+
+TEST_P(HairVectorsBsdf, ValuesAndDensities) {
+    const Vectors v("bsdf");
+    Judge<float> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const Vector3f wo(Direction(v.At(i, "theta_o"), kViewAzimuth)),
+            wi(Direction(v.At(i, "theta_i"), kViewAzimuth + v.At(i, "phi")));
+        float pdf = 0;
+        const Spectrum f = Bsdf(ParametersOf(v, i)).FPdf(wo, wi, &pdf);
+        JudgeValue(judge, v, i, WithCosine(f, wi), pdf);
+    }
+}
+
+TEST_P(HairVectorsBsdf, Samples) {
+    const Vectors v("samples");
+    Judge<float> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const std::array<double, 4> u = NumbersOf(v, i);
+        Vector3f wi;
+        float pdf = 0;
+        const Spectrum f = Bsdf(ParametersOf(v, i))
+                               .Sample_f(Vector3f(Direction(v.At(i, "theta_o"), kViewAzimuth)), &wi,
+                                         {static_cast<float>(u[0]), static_cast<float>(u[1]),
+                                          static_cast<float>(u[2]), static_cast<float>(u[3])},
+                                         &pdf);
+        judge.Angle(v, i, std::atan2(wi.x, std::hypot(wi.y, wi.z)), "theta_i");
+        judge.Angle(v, i, std::atan2(wi.z, wi.y) - static_cast<float>(kViewAzimuth), "phi");
+        JudgeValue(judge, v, i, WithCosine(f, wi), pdf);
+    }
+}
+
+// Pearson's chi-squared of where samples fall; significance 0.01 over all fibers.
+TEST_P(HairVectorsBsdf, SamplesFallIntoCellsAsTheyShould) {
+    const Vectors v("cells");
+    const size_t rows = 16, columns = 12, first = v.Column("p_0_0");
+    const int n = 100000;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const HairBSDF hair = Bsdf(ParametersOf(v, i));
+        const Vector3f wo(Direction(v.At(i, "theta_o"), kViewAzimuth));
+        std::array<double, rows * columns> counted{};
+        RNG rng(MixBits(i + 1));
+        for (int k = 0; k < n; ++k) {
+            Vector3f wi;
+            float pdf = 0;
+            hair.Sample_f(wo, &wi,
+                          {rng.UniformFloat(), rng.UniformFloat(), rng.UniformFloat(), rng.UniformFloat()},
+                          &pdf);
+            const double phi = WrapAngle(static_cast<double>(std::atan2(wi.z, wi.y)) - kViewAzimuth);
+            const auto cell = [](double x, size_t cells) {
+                return std::min(static_cast<size_t>(x * static_cast<double>(cells)), cells - 1);
+            };
+            ++counted[cell((static_cast<double>(wi.x) + 1) / 2, rows) * columns +
+                      cell((phi / kPi<double> + 1) / 2, columns)];
+        }
+        double chiSquared = 0, expected = 0, observed = 0;
+        int cells = 0;
+        for (size_t c = 0; c < counted.size(); ++c) { // pooled until 8 are expected
+            expected += n * v.At(i, first + c), observed += counted[c];
+            if (expected < 8)
+                continue;
+            chiSquared += Sqr(observed - expected) / expected;
+            ++cells;
+            expected = observed = 0;
+        }
+        chiSquared += Sqr(observed - expected) / std::max(expected, 1.);
+        const double p = boost::math::gamma_q((cells - 1) / 2., chiSquared / 2);
+        EXPECT_GT(cells, 8);
+        EXPECT_GT(p, 0.01 / static_cast<double>(v.Rows() * HairKernelNames().size()))
+            << "chi-squared " << chiSquared << " in " << cells << " cells of " << v.Describe(i);
+    }
+}
+
+// The energies over the width of a fiber, by our own quadrature of our own A_p.
+TEST(HairVectorsEnergy, OverTheWidth) {
+    const Vectors v("energies");
+    double worst = 0;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const double theta = v.At(i, "theta_o");
+        const auto sigma = static_cast<float>(v.At(i, "sigma_a"));
+        std::array<double, kLobes> sum{};
+        const GaussLegendreRule rule = MakeGaussLegendreRule(200);
+        for (size_t k = 0; k < 200; ++k) {
+            const double gamma = kPi<double> / 2 * rule.x[k];
+            HairLobes<double> hair({0,
+                                    static_cast<float>(v.At(i, "eta")),
+                                    {sigma, sigma, sigma},
+                                    0.3f,
+                                    0.3f,
+                                    2,
+                                    ScaleTilt::RootToTip});
+            hair.h = std::sin(gamma), hair.cosGammaO = std::cos(gamma);
+            const auto ap = hair.Attenuations({std::sin(theta), std::cos(theta), 0});
+            for (size_t p = 0; p < kLobes; ++p)
+                sum[p] += kPi<double> / 4 * rule.w[k] * std::cos(gamma) * ap[p][0];
+        }
+        for (size_t p = 0; p < kLobes; ++p) {
+            const double expected = v.At(i, std::array{"e0", "e1", "e2", "e3"}[p]);
+            worst = std::max(worst, std::abs(sum[p] - expected));
+            EXPECT_NEAR(sum[p], expected, 1e-12) << v.Describe(i);
+        }
+        EXPECT_NEAR(sum[0] + sum[1] + sum[2] + sum[3], v.At(i, "albedo"), 1e-12) << v.Describe(i);
+    }
+    std::printf("energies over the width: off by at most %.2g\n", worst);
+}
+
+TEST(HairVectorsColor, SigmaAFromReflectance) {
+    const Vectors v("reflectance");
+    Judge<float> judge;
+    for (size_t i = 0; i < v.Rows(); ++i)
+        judge.Relative(v, i,
+                       HairBSDF::SigmaAFromReflectance(Spectrum(static_cast<float>(v.At(i, "reflectance"))),
+                                                       static_cast<float>(v.At(i, "beta_n")))[0],
+                       "sigma_a");
+}
+
+} // namespace
+} // namespace cuticle
