@@ -113,6 +113,12 @@ std::span<const Chart> Charts() {
          "1.165 (under "
          "water), 1.3, 1.5, 1.55, 1.8 and 2.2.",
          RootsChart},
+        {"curves",
+         "Rays that bounce in a ball of hair, the nearest hit, one thread: wrong answers (missed, invented, "
+         "another hair) "
+         "and errors of the place across the hair and of the distance, against all roots found in extended "
+         "precision.",
+         CurvesChart},
     });
     return charts;
 }

@@ -403,10 +403,11 @@ std::string LegendPlace(const std::string &words) {
 // besides: words for what is drawn with the panel, outside of it.
 std::string PanelText(const PlotPanel &panel, const std::string &besides) {
     CheckPanel(panel);
-    std::string text = "unset arrow\nunset label\nunset object\nunset colorbox\n" + besides + "set title " +
-                       Quoted(panel.title) + "\nset key " +
-                       (panel.right > 0 ? "at graph 1.02, graph 1.03 left top" : LegendPlace(panel.legend)) +
-                       " Left reverse spacing 1.15 samplen 2.2\n";
+    std::string text =
+        "unset arrow\nunset label\nunset object\nunset colorbox\n" + besides + "set title " +
+        Quoted(panel.title) + "\nset key " +
+        (panel.right > 0 ? "at graph 1.02, graph 1.03 left top maxrows 60" : LegendPlace(panel.legend)) +
+        " Left reverse spacing 1.15 samplen 2.2\n";
     switch (panel.kind) {
     case PlotKind::Cartesian:
         return text + CartesianText(panel);

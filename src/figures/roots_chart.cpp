@@ -110,7 +110,7 @@ FigureData RootsChart(const FigureOptions &options) {
                 }
             const double ns = 1e9 * seconds[k] / solved;
             data.table.Add({pathNames[p], m.name, greatest, wrongNumber / solved, ns});
-            points.push_back({m.name + Printed(" (%.2g%% of wrong number)", 100 * wrongNumber / solved), ns,
+            points.push_back({m.name + Printed(" (%.2g%% miscounted)", 100 * wrongNumber / solved), ns,
                               greatest, m.family});
             wrong[k] = std::max(wrong[k], wrongNumber / solved), miss[k] = std::max(miss[k], greatest);
         }

@@ -80,12 +80,13 @@ bool CurveSetIsaSupported(const std::string &isa);
 
 //> Declare the plain opponent
 // The way of pbrt-v3, for comparison: a binary tree over curves that were cut in 2^splitDepth pieces, each met by the
-// recursion of Curve in single precision, one at a time. A ray that starts on a curve skips two widths, as pbrt-v3's
+// recursion of Curve in single precision, at most maxDepth deep, one at a time. A ray that starts on a curve skips two widths, as pbrt-v3's
 // error bound makes it do. The interface is CurveSet's.
 class BinaryCurveBvh {
   public:
     BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
-                   std::unordered_map<uint32_t, RibbonNormals> ribbons = {}, int splitDepth = 3);
+                   std::unordered_map<uint32_t, RibbonNormals> ribbons = {}, int splitDepth = 3,
+                   int maxDepth = 10);
     ~BinaryCurveBvh();
     BinaryCurveBvh(BinaryCurveBvh &&) noexcept;
     BinaryCurveBvh &operator=(BinaryCurveBvh &&) noexcept;

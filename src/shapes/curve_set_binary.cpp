@@ -38,6 +38,7 @@ struct BinaryCurveBvh::Data {
     std::unordered_map<uint32_t, RibbonNormals> ribbons;
     std::vector<BinaryNode> nodes;
     std::vector<Primitive> primitives;
+    int maxDepth = 10;
 
     CurveType Type(uint32_t i) const {
         const uint32_t group = segments[i].group;
@@ -124,11 +125,13 @@ void BinaryCurveBvh::Data::Build(std::vector<Item> *items, size_t first, size_t 
 
 //> Cut every segment in parts and build over them
 BinaryCurveBvh::BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
-                               std::unordered_map<uint32_t, RibbonNormals> ribbons, int splitDepth)
+                               std::unordered_map<uint32_t, RibbonNormals> ribbons, int splitDepth,
+                               int maxDepth)
     : data_(std::make_unique<Data>()) {
     data_->segments = std::move(segments);
     data_->groupTypes = std::move(groupTypes);
     data_->ribbons = std::move(ribbons);
+    data_->maxDepth = std::clamp(maxDepth, 0, 20);
     const uint32_t pieces = 1u << std::clamp(splitDepth, 0, 8);
     std::vector<Item> items;
     items.reserve(data_->segments.size() * pieces);
@@ -209,7 +212,7 @@ bool BinaryCurveBvh::Data::Walk(const Ray &givenRay, const CurveOrigin *origin, 
             //> Meet the parts of a leaf, one after the other
             for (uint32_t i = node.next; i < node.next + node.count; ++i) {
                 const Primitive &p = primitives[i];
-                CurveSearch<float> search(segments[p.segment], Ribbon(p.segment), ray, 0.05f, 10);
+                CurveSearch<float> search(segments[p.segment], Ribbon(p.segment), ray, 0.05f, maxDepth);
                 if (!search.Intersect(p.u0, p.u1))
                     continue;
                 if constexpr (Any)

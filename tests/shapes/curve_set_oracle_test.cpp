@@ -1,6 +1,6 @@
 // CurveSet against an oracle that finds all roots in extended precision, for each instruction set that runs here.
 #include "core/sampling.h"
-#include "curve_oracle.h"
+#include "shapes/curve_oracle.h"
 #include "shapes/curve_set.h"
 
 #include <gtest/gtest.h>

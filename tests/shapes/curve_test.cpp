@@ -1,5 +1,5 @@
-#include "curve_oracle.h"
 #include "shapes/curve.h"
+#include "shapes/curve_oracle.h"
 
 #include <gtest/gtest.h>
 
