@@ -30,6 +30,7 @@ struct SurfaceInteraction {
     const StrandColors *strandColors = nullptr; // of a curve whose strand has colours
     Vector3f strandNormal;                      // of a curve whose material asks: see MakeStrandNormals
     uint32_t geometryId = 0, primId = 0;        // of a solid: see SolidHit
+    int instance = -1;                          // of an object: which; -1: none, the world's own shapes
 };
 
 } // namespace cuticle

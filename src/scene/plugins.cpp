@@ -60,7 +60,8 @@ const PluginTable &Plugins(PluginKind kind) {
           {"groomhead", {}, true}},
          {"bilinearmesh"},
          {},
-         "curves of every type, basis and degree; instances of objects"},
+         "curves of every type, basis and degree; objects are stored once, however many instances; alpha and "
+         "shadowalpha on meshes"},
         {"Material",
          {{"hair"},
           {"matte"},

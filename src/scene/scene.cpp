@@ -16,6 +16,20 @@ namespace cuticle {
 
 namespace {} // namespace
 
+namespace {
+
+// z the normal, x along dp/du as far as that is across it.
+Frame ShadingFrame(const Vector3f &dpdu, const Vector3f &ns) {
+    Vector3f x = dpdu - ns * Dot(ns, dpdu), y;
+    if (x.LengthSquared() > 0)
+        x = Normalize(x);
+    else
+        CoordinateSystem(ns, &x, &y);
+    return {x, Cross(ns, x), ns};
+}
+
+} // namespace
+
 // What is needed only while the scene is made.
 class Scene::Builder {
   public:
@@ -29,15 +43,13 @@ class Scene::Builder {
                 MakeMaterial(entity, textures_, options_.materials, scene_.materials_));
         CurvePool curves = std::move(description_.curves);
         for (const ShapeEntity &shape : description_.shapes)
-            AddShape(shape, shape.objectToWorld, &curves);
-        for (const ObjectUse &use : description_.instances)
-            AddInstance(use, &curves);
-        for (const ShapeEntity &shape : description_.shapes)
-            shape.params.ReportUnused("Shape \"" + shape.type + "\"");
-        description_.objects.clear();
-        FinishCurves(std::move(curves));
-        scene_.solids_.Commit();
-        scene_.haveSolids_ = scene_.solids_.Geometries() > 0;
+            AddShape(shape, &scene_.world_, &curves);
+        std::vector<CurvePool> objectCurves = AddObjects();
+        NameCurveGroups();
+        FinishPart(std::move(curves), &scene_.world_);
+        for (size_t i = 0; i < objectCurves.size(); ++i)
+            FinishPart(std::move(objectCurves[i]), scene_.objects_[i].get());
+        PlaceInstances();
         MakeLights();
     }
 
@@ -46,39 +58,45 @@ class Scene::Builder {
         return scene_.materials_[static_cast<size_t>(state.material)].get();
     }
 
-    void AddInstance(const ObjectUse &use, CurvePool *curves) {
-        const ObjectDefinition &object = description_.objects[static_cast<size_t>(use.object)];
-        for (const ShapeEntity &shape : object.shapes)
-            AddShape(shape, use.instanceToWorld * shape.objectToWorld, curves);
-        // This version copies what it instances; widths follow the mean scale, as for curves outside instances
-        const float scale = static_cast<float>(std::cbrt(std::abs(use.instanceToWorld.Determinant())));
-        const size_t first = curves->segments.size();
-        for (CurveSegment segment : object.curves.segments) {
-            for (Point3f &p : segment.cp)
-                p = use.instanceToWorld.Point(p);
-            for (float &w : segment.width)
-                w *= scale;
-            curves->segments.push_back(segment);
+    // The objects that are used, each once, in their own coordinates.
+    std::vector<CurvePool> AddObjects() {
+        std::vector<CurvePool> curves;
+        partOf_.resize(description_.objects.size());
+        for (const ObjectUse &use : description_.instances) {
+            auto &part = partOf_[static_cast<size_t>(use.object)];
+            if (part)
+                continue;
+            ObjectDefinition &object = description_.objects[static_cast<size_t>(use.object)];
+            scene_.objects_.push_back(std::make_unique<Part>());
+            part = scene_.objects_.back().get();
+            curves.push_back(std::move(object.curves));
+            for (const ShapeEntity &shape : object.shapes)
+                AddShape(shape, part, &curves.back());
         }
-        for (const auto &[index, ribbon] : object.curves.ribbonNormals) {
-            RibbonNormals n;
-            for (size_t i = 0; i < 2; ++i)
-                n.n[i] = Normalize(use.instanceToWorld.Normal(ribbon.n[i]));
-            curves->ribbonNormals[static_cast<uint32_t>(first + index)] = n;
-        }
+        return curves;
     }
 
-    void AddShape(const ShapeEntity &shape, const Transform &toWorld, CurvePool *curves) {
+    void PlaceInstances() {
+        for (const ObjectUse &use : description_.instances) {
+            const PlaceScope here(use.loc);
+            const Part *part = partOf_[static_cast<size_t>(use.object)];
+            scene_.instances_.Add(use.instanceToWorld, part->Bound());
+            scene_.objectOf_.push_back(part);
+        }
+        scene_.instances_.Commit();
+        description_.objects.clear();
+    }
+
+    void AddShape(const ShapeEntity &shape, Part *part, CurvePool *curves) {
+        AddShapeUnchecked(shape, part, curves);
+        shape.params.ReportUnused("Shape \"" + shape.type + "\"");
+    }
+
+    void AddShapeUnchecked(const ShapeEntity &shape, Part *part, CurvePool *curves) {
         const ParamSet &p = shape.params;
         const PlaceScope here(p.loc);
-        for (const char *name : {"alpha", "shadowalpha"})
-            if (const Param *alpha = p.Find(name)) {
-                alpha->used = true;
-                Warning(p.loc, "alpha masks are not rendered",
-                        "\"" + std::string(name) + "\" is not rendered; the shape is opaque everywhere");
-            }
         if (shape.type == "hairfile" || shape.type == "groom")
-            return AddGroom(shape, toWorld, curves);
+            return AddGroom(shape, curves);
         if (const std::string standIn(StandInOf(PluginKind::Shape, shape.type)); !standIn.empty()) {
             for (const Param &param : p.params)
                 param.used = true;
@@ -87,26 +105,42 @@ class Scene::Builder {
         }
         // Without a material light passes a surface: it is no surface, unless it emits
         const bool visible = MaterialOf(shape.state) != nullptr || shape.state.areaLight >= 0;
-        const uint32_t id = static_cast<uint32_t>(scene_.solidInfos_.size());
+        const uint32_t id = static_cast<uint32_t>(part->solidInfos.size());
         const bool flip = shape.state.reverseOrientation;
-        const uint32_t geometry = AddSolid(shape, toWorld, id, flip, visible);
+        const uint32_t geometry = AddSolid(shape, part, id, flip, visible);
         if (!visible)
             return;
-        scene_.solidInfos_.push_back({MaterialOf(shape.state), -1});
-        if (shape.state.areaLight >= 0)
+        part->solidInfos.push_back({MaterialOf(shape.state), -1});
+        if (shape.state.areaLight >= 0 && part == &scene_.world_)
             emitters_.push_back({id, geometry, shape.state.areaLight});
     }
 
-    uint32_t AddSolid(const ShapeEntity &shape, const Transform &toWorld, uint32_t id, bool flip,
-                      bool visible) {
+    // Where the mesh is: an alpha of exactly 0 is a hole, as in pbrt-v3; "shadowalpha" makes holes for shadow rays alone.
+    SolidSet::MeshAlpha AlphaOf(const ParamSet &p) const {
+        if (!p.Find("alpha") && !p.Find("shadowalpha"))
+            return {};
+        return [alpha = textures_.GetFloatTexture(p, "alpha", 1),
+                shadowAlpha = textures_.GetFloatTexture(p, "shadowalpha", 1)](
+                   const Point3f &point, const Point2f &uv, bool shadow) {
+            const TexturePoint at{point, uv};
+            return alpha->Evaluate(at) != 0 && (!shadow || shadowAlpha->Evaluate(at) != 0);
+        };
+    }
+
+    uint32_t AddSolid(const ShapeEntity &shape, Part *part, uint32_t id, bool flip, bool visible) {
         const ParamSet &p = shape.params;
-        SolidSet &solids = scene_.solids_;
+        const Transform &toWorld = shape.objectToWorld;
+        SolidSet &solids = part->solids;
         if (std::optional<TriangleMesh> mesh = MakeMesh(shape)) {
             for (Point3f &v : mesh->p)
                 v = toWorld.Point(v);
             for (Normal3f &n : mesh->n)
                 n = Normalize(toWorld.Normal(n));
-            return visible ? solids.AddMesh(std::move(*mesh), id, flip ^ toWorld.SwapsHandedness()) : 0;
+            SolidSet::MeshAlpha alpha =
+                shape.type == "trianglemesh" || shape.type == "plymesh" ? AlphaOf(p) : nullptr;
+            return visible ? solids.AddMesh(std::move(*mesh), id, flip ^ toWorld.SwapsHandedness(),
+                                            std::move(alpha))
+                           : 0;
         }
         const float phiMax = p.FindFloat("phimax", 360), radius = p.FindFloat("radius", 1);
         if (shape.type == "sphere") {
@@ -275,7 +309,8 @@ class Scene::Builder {
     }
 
     // Strands from a file or a recipe become curve segments of one group.
-    void AddGroom(const ShapeEntity &shape, const Transform &toWorld, CurvePool *curves) {
+    void AddGroom(const ShapeEntity &shape, CurvePool *curves) {
+        const Transform &toWorld = shape.objectToWorld;
         auto widthScale = static_cast<float>(std::cbrt(std::abs(toWorld.Determinant())));
         SegmentOptions options;
         const Groom groom = shape.type == "hairfile" ? ReadHairFileShape(shape.params, &options, &widthScale)
@@ -310,14 +345,14 @@ class Scene::Builder {
         });
     }
 
-    void FinishCurves(CurvePool curves) {
-        std::vector<CurveType> types;
-        bool anyHidden = false;
+    // What all parts' curves share: the groups' types and materials.
+    void NameCurveGroups() {
         for (const CurveGroup &group : description_.curveGroups) {
-            types.push_back(group.type);
+            curveTypes_.push_back(group.type);
             scene_.curveMaterials_.push_back(MaterialOf(group.state));
             const Material *material = scene_.curveMaterials_.back();
-            anyHidden |= !material;
+            anyHidden_ |= !material;
+            wantsStrandNormals_ |= material && material->WantsStrandNormals();
             if (material && material->Bumped())
                 Warning("bump maps on curves are not rendered",
                         "bump maps on curves are not rendered; the curves stay smooth");
@@ -327,24 +362,27 @@ class Scene::Builder {
                         "area lights on curves are not rendered; the curve does not emit");
         }
         WarnOfAbsentStrandColors();
+    }
+
+    void FinishPart(CurvePool curves, Part *part) {
+        part->solids.Commit();
+        part->haveSolids = part->solids.Geometries() > 0;
         // Ribbon normals and strand colours go by the segments' numbers, which must stay then
-        if (anyHidden && curves.ribbonNormals.empty() && scene_.strandColors_.empty())
+        if (anyHidden_ && curves.ribbonNormals.empty() && scene_.strandColors_.empty())
             std::erase_if(curves.segments,
                           [&](const CurveSegment &s) { return !scene_.curveMaterials_[s.group]; });
-        if (std::any_of(scene_.curveMaterials_.begin(), scene_.curveMaterials_.end(),
-                        [](const Material *m) { return m && m->WantsStrandNormals(); }))
-            scene_.strandNormals_ = MakeStrandNormals(curves.segments);
-        scene_.haveCurves_ = !curves.segments.empty();
-        if (!scene_.haveCurves_)
+        if (wantsStrandNormals_)
+            part->strandNormals = MakeStrandNormals(curves.segments);
+        part->haveCurves = !curves.segments.empty();
+        if (!part->haveCurves)
             return;
         if (options_.binaryCurves) {
-            scene_.binaryCurves_.emplace(std::move(curves.segments), std::move(types),
-                                         std::move(curves.ribbonNormals));
+            part->binaryCurves.emplace(std::move(curves.segments), curveTypes_,
+                                       std::move(curves.ribbonNormals));
             return;
         }
-        scene_.curves_ =
-            CurveSet(std::move(curves.segments), std::move(types), std::move(curves.ribbonNormals));
-        if (const size_t dropped = scene_.curves_.DroppedSegments())
+        part->curves = CurveSet(std::move(curves.segments), curveTypes_, std::move(curves.ribbonNormals));
+        if (const size_t dropped = part->curves.DroppedSegments())
             Warning("curves that cannot be met", std::to_string(dropped) +
                                                      " curve segments have points that are not finite, or "
                                                      "no width, and are left out of the picture");
@@ -371,9 +409,9 @@ class Scene::Builder {
             entity.params.ReportUnused("LightSource \"" + entity.type + "\"");
         }
         for (const auto &[shape, geometry, areaLight] : emitters_) {
-            scene_.solidInfos_[shape].light = static_cast<int>(scene_.lights_.size());
+            scene_.world_.solidInfos[shape].light = static_cast<int>(scene_.lights_.size());
             scene_.lights_.push_back(MakeAreaLight(description_.areaLights[static_cast<size_t>(areaLight)],
-                                                   &scene_.solids_, geometry));
+                                                   &scene_.world_.solids, geometry));
         }
         for (const Entity &entity : description_.areaLights)
             entity.params.ReportUnused("AreaLightSource \"" + entity.type + "\"");
@@ -393,6 +431,9 @@ class Scene::Builder {
     SceneDescription &description_;
     const SceneOptions &options_;
     TextureTable textures_;
+    std::vector<Part *> partOf_; // by object; null: never used
+    std::vector<CurveType> curveTypes_;
+    bool anyHidden_ = false, wantsStrandNormals_ = false;
     std::vector<Emitter> emitters_;
 };
 
@@ -408,72 +449,176 @@ const StrandColors *Scene::StrandColorsOf(uint32_t group, uint32_t segment) cons
     return &g.colors[g.colors.size() == 1 ? 0 : segment - g.firstSegment];
 }
 
-bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
-    Ray ray = sceneRay.ray;
-    SolidHit solid;
-    const bool hitSolid = haveSolids_ && solids_.Intersect(ray, &solid);
+bool Scene::Part::Intersect(Ray ray, const CurveOrigin *origin, Hit *hit) const {
+    const bool hitSolid = haveSolids && solids.Intersect(ray, &hit->solid);
     if (hitSolid)
-        ray.tMax = solid.t;
-    CurveHit curve;
-    const CurveOrigin *origin = sceneRay.fromCurve ? &sceneRay.origin : nullptr;
-    bool hitCurve = false;
-    if (haveCurves_)
-        hitCurve = binaryCurves_ ? binaryCurves_->Intersect(ray, origin, &curve)
-                                 : curves_.Intersect(ray, origin, &curve);
-    si->wo = -ray.d;
-    if (hitCurve) {
+        ray.tMax = hit->solid.t;
+    hit->isCurve = haveCurves && (binaryCurves ? binaryCurves->Intersect(ray, origin, &hit->curve)
+                                               : curves.Intersect(ray, origin, &hit->curve));
+    return hitSolid || hit->isCurve;
+}
+
+bool Scene::Part::Occluded(const Ray &ray, const CurveOrigin *origin) const {
+    return (haveSolids && solids.Occluded(ray)) ||
+           (haveCurves &&
+            (binaryCurves ? binaryCurves->Occluded(ray, origin) : curves.Occluded(ray, origin)));
+}
+
+Bounds3f Scene::Part::Bound() const {
+    Bounds3f b = solids.WorldBound();
+    if (haveCurves)
+        b.Extend(binaryCurves ? binaryCurves->WorldBound() : curves.WorldBound());
+    return b;
+}
+size_t Scene::Part::Curves() const {
+    return binaryCurves ? binaryCurves->SegmentCount() : curves.SegmentCount();
+}
+size_t Scene::Part::MemoryBytes() const {
+    return solids.MemoryBytes() + (binaryCurves ? binaryCurves->MemoryBytes() : curves.MemoryBytes()) +
+           strandNormals.size() * sizeof(Vector3f);
+}
+
+// Fills si in the coordinates of the part and of the ray, which are the same.
+void Scene::Describe(const Part &part, const Ray &ray, const Part::Hit &hit, SurfaceInteraction *si) const {
+    si->t = hit.T();
+    si->isCurve = hit.isCurve;
+    si->strandColors = nullptr;
+    si->strandNormal = {};
+    if (hit.isCurve) {
+        const CurveHit &curve = hit.curve;
         const CurveSurface s =
-            binaryCurves_ ? binaryCurves_->Surface(ray, curve) : curves_.Surface(ray, curve);
-        const CurveSegment &segment =
-            binaryCurves_ ? binaryCurves_->Segment(curve.segment) : curves_.Segment(curve.segment);
-        const uint32_t group = segment.group;
-        si->t = curve.t;
+            part.binaryCurves ? part.binaryCurves->Surface(ray, curve) : part.curves.Surface(ray, curve);
+        const CurveSegment &segment = part.Segment(curve.segment);
         si->p = s.p;
         si->pError = {s.pError, s.pError, s.pError};
         si->n = s.n;
         si->uv = s.uv;
         si->shading = {s.tangent, Cross(s.n, s.tangent), s.n};
-        si->material = curveMaterials_[group];
+        si->material = curveMaterials_[segment.group];
         si->light = -1;
-        si->isCurve = true;
         si->curveOrigin = {curve.segment, curve.u};
-        si->strandColors = strandColors_.empty() ? nullptr : StrandColorsOf(group, curve.segment);
-        if (!strandNormals_.empty())
-            si->strandNormal = StrandNormal(segment, strandNormals_[curve.segment], curve.u, s.tangent);
-        return true;
+        si->strandColors = strandColors_.empty() ? nullptr : StrandColorsOf(segment.group, curve.segment);
+        if (!part.strandNormals.empty())
+            si->strandNormal = StrandNormal(segment, part.strandNormals[curve.segment], curve.u, s.tangent);
+        return;
     }
-    if (!hitSolid)
-        return false;
-    si->t = solid.t;
+    const SolidHit &solid = hit.solid;
     si->p = solid.p;
     si->pError = solid.pError;
     si->n = solid.n;
     si->uv = solid.uv;
     si->dpdu = solid.dpdu;
     si->dpdv = solid.dpdv;
-    Vector3f x = solid.dpdu - solid.ns * Dot(solid.ns, solid.dpdu), y;
-    if (x.LengthSquared() > 0)
-        x = Normalize(x);
-    else
-        CoordinateSystem(solid.ns, &x, &y);
-    si->shading = {x, Cross(solid.ns, x), solid.ns};
-    si->material = solidInfos_[solid.shapeId].material;
-    si->light = solidInfos_[solid.shapeId].light;
-    si->isCurve = false;
-    si->strandColors = nullptr;
-    si->strandNormal = {};
+    si->shading = ShadingFrame(solid.dpdu, solid.ns);
+    si->material = part.solidInfos[solid.shapeId].material;
+    si->light = part.solidInfos[solid.shapeId].light;
     si->geometryId = solid.geometryId;
     si->primId = solid.primId;
+}
+
+namespace {
+
+// What rounding to single precision, on the way into the object and out of it, adds to the error of a point, and what the
+// transformation makes of the error that it had.
+Vector3f ErrorInWorld(const Transform &toWorld, const Point3f &object, const Vector3f &error,
+                      const Point3f &world) {
+    const auto &m = toWorld.M();
+    Vector3f e;
+    for (int row = 0; row < 3; ++row) {
+        double sum = 0;
+        for (int c = 0; c < 3; ++c)
+            sum += std::abs(m[static_cast<size_t>(row)][static_cast<size_t>(c)]) *
+                   (static_cast<double>(error[c]) + 0x1p-23 * static_cast<double>(std::abs(object[c])));
+        e[row] = static_cast<float>(sum + 0x1p-23 * static_cast<double>(std::abs(world[row])));
+    }
+    return e;
+}
+
+// Takes what was found in an object to the world. Of a curve the tangent stays exact and the normal is made
+// perpendicular to it. A mirror turns left and right across a fiber.
+void TakeToWorld(const Transform &toWorld, SurfaceInteraction *si) {
+    const Point3f object = si->p;
+    si->p = toWorld.Point(object);
+    si->pError = ErrorInWorld(toWorld, object, si->pError, si->p);
+    si->n = Normalize(toWorld.Normal(si->n));
+    si->dpdu = toWorld.Vector(si->dpdu);
+    si->dpdv = toWorld.Vector(si->dpdv);
+    if (!si->isCurve) {
+        si->shading = ShadingFrame(si->dpdu, Normalize(toWorld.Normal(si->shading.z)));
+        return;
+    }
+    const Vector3f tangent = Normalize(toWorld.Vector(si->shading.x));
+    const auto across = [&](const Vector3f &v) { return Normalize(v - tangent * Dot(v, tangent)); };
+    si->n = across(si->n);
+    si->shading = {tangent, Cross(si->n, tangent), si->n};
+    if (si->strandNormal.LengthSquared() > 0)
+        si->strandNormal = across(toWorld.Vector(si->strandNormal));
+    if (toWorld.SwapsHandedness())
+        si->uv.y = 1 - si->uv.y;
+}
+
+} // namespace
+
+// A ray on its way through the instances, and the nearest that it met so far.
+struct Scene::InstanceQuery {
+    const Scene &scene;
+    const SceneRay &ray;
+    Part::Hit hit = {};
+    Ray objectRay = {};
+    int instance = -1;
+
+    const CurveOrigin *Origin(uint32_t i) const {
+        return ray.fromCurve && ray.instance == static_cast<int>(i) ? &ray.origin : nullptr;
+    }
+};
+
+float Scene::IntersectInstance(void *query, uint32_t instance, const Ray &ray) {
+    auto &q = *static_cast<InstanceQuery *>(query);
+    Part::Hit hit;
+    if (!q.scene.objectOf_[instance]->Intersect(ray, q.Origin(instance), &hit))
+        return -1;
+    q.hit = hit, q.objectRay = ray, q.instance = static_cast<int>(instance);
+    return hit.T();
+}
+
+float Scene::OccludedInstance(void *query, uint32_t instance, const Ray &ray) {
+    const auto &q = *static_cast<InstanceQuery *>(query);
+    return q.scene.objectOf_[instance]->Occluded(ray, q.Origin(instance)) ? 0.f : -1.f;
+}
+
+bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
+    Ray ray = sceneRay.ray;
+    Part::Hit hit;
+    const CurveOrigin *origin = sceneRay.fromCurve && sceneRay.instance < 0 ? &sceneRay.origin : nullptr;
+    const bool hitWorld = world_.Intersect(ray, origin, &hit);
+    si->instance = -1;
+    if (instances_.Size() > 0) {
+        if (hitWorld)
+            ray.tMax = hit.T();
+        InstanceQuery query{*this, sceneRay};
+        if (instances_.Intersect(ray, IntersectInstance, &query)) {
+            const auto instance = static_cast<uint32_t>(query.instance);
+            Describe(*objectOf_[instance], query.objectRay, query.hit, si);
+            TakeToWorld(instances_.ObjectToWorld(instance), si);
+            si->instance = query.instance;
+            si->wo = -sceneRay.ray.d;
+            return true;
+        }
+    }
+    if (!hitWorld)
+        return false;
+    Describe(world_, sceneRay.ray, hit, si);
+    si->wo = -sceneRay.ray.d;
     return true;
 }
 
 bool Scene::Occluded(const SceneRay &ray) const {
-    if (haveSolids_ && solids_.Occluded(ray.ray))
+    if (world_.Occluded(ray.ray, ray.fromCurve && ray.instance < 0 ? &ray.origin : nullptr))
         return true;
-    if (!haveCurves_)
+    if (instances_.Size() == 0)
         return false;
-    const CurveOrigin *origin = ray.fromCurve ? &ray.origin : nullptr;
-    return binaryCurves_ ? binaryCurves_->Occluded(ray.ray, origin) : curves_.Occluded(ray.ray, origin);
+    InstanceQuery query{*this, ray};
+    return instances_.Occluded(ray.ray, OccludedInstance, &query);
 }
 
 SceneRay Scene::SpawnRay(const SurfaceInteraction &si, const Vector3f &w) const {
@@ -481,6 +626,7 @@ SceneRay Scene::SpawnRay(const SurfaceInteraction &si, const Vector3f &w) const 
     ray.ray.d = w;
     ray.fromCurve = si.isCurve;
     ray.origin = si.curveOrigin;
+    ray.instance = si.instance;
     ray.ray.o = si.isCurve ? si.p : OffsetRayOrigin(si.p, si.pError, si.n, w);
     return ray;
 }
@@ -499,19 +645,24 @@ float Scene::AreaLightPdf(const Point3f &ref, const SurfaceInteraction &si) cons
 }
 
 Bounds3f Scene::WorldBound() const {
-    Bounds3f b = solids_.WorldBound();
-    if (haveCurves_)
-        b.Extend(binaryCurves_ ? binaryCurves_->WorldBound() : curves_.WorldBound());
+    Bounds3f b = world_.Bound();
+    b.Extend(instances_.WorldBound());
     return b;
 }
 
 size_t Scene::Curves() const {
-    return binaryCurves_ ? binaryCurves_->SegmentCount() : curves_.SegmentCount();
+    size_t n = world_.Curves();
+    for (const auto &object : objects_)
+        n += object->Curves();
+    return n;
 }
+size_t Scene::Instances() const { return instances_.Size(); }
 size_t Scene::MemoryBytes() const {
-    return solids_.MemoryBytes() + (binaryCurves_ ? binaryCurves_->MemoryBytes() : curves_.MemoryBytes()) +
-           strandNormals_.size() * sizeof(Vector3f);
+    size_t n = world_.MemoryBytes() + instances_.MemoryBytes() + objectOf_.size() * sizeof(Part *);
+    for (const auto &object : objects_)
+        n += object->MemoryBytes();
+    return n;
 }
-const char *Scene::Isa() const { return binaryCurves_ ? "scalar" : curves_.Isa(); }
+const char *Scene::Isa() const { return world_.binaryCurves ? "scalar" : world_.curves.Isa(); }
 
 } // namespace cuticle

@@ -6,6 +6,7 @@
 #include "scene/material.h"
 #include "scene/scene_description.h"
 #include "shapes/curve_set.h"
+#include "shapes/instance_set.h"
 #include "shapes/solid_set.h"
 
 #include <memory>
@@ -26,6 +27,7 @@ struct SceneRay {
     Ray ray;
     CurveOrigin origin;
     bool fromCurve = false;
+    int instance = -1; // that the curve belongs to; -1: none
 };
 
 class Scene {
@@ -55,7 +57,8 @@ class Scene {
     float AreaLightPdf(const Point3f &ref, const SurfaceInteraction &si) const;
 
     Bounds3f WorldBound() const;
-    size_t Curves() const;      // segments
+    size_t Curves() const; // segments that are stored: of an object that is instanced, once
+    size_t Instances() const;
     size_t MemoryBytes() const; // shapes and accelerators
     const char *Isa() const;    // what the curve kernels run on
 
@@ -69,19 +72,45 @@ class Scene {
         uint32_t firstSegment = 0;
         std::vector<StrandColors> colors;
     };
+    // What is stored once: the world's own shapes, or those of an object definition in its own coordinates.
+    struct Part {
+        SolidSet solids;
+        std::vector<SolidInfo> solidInfos;
+        CurveSet curves;
+        std::optional<BinaryCurveBvh> binaryCurves;
+        std::vector<Vector3f> strandNormals; // by segment; empty where no material asks for them
+        bool haveSolids = false, haveCurves = false;
+
+        struct Hit {
+            bool isCurve = false;
+            CurveHit curve;
+            SolidHit solid;
+            float T() const { return isCurve ? curve.t : solid.t; }
+        };
+        bool Intersect(Ray ray, const CurveOrigin *origin, Hit *hit) const;
+        bool Occluded(const Ray &ray, const CurveOrigin *origin) const;
+        const CurveSegment &Segment(uint32_t i) const {
+            return binaryCurves ? binaryCurves->Segment(i) : curves.Segment(i);
+        }
+        Bounds3f Bound() const;
+        size_t Curves() const;
+        size_t MemoryBytes() const;
+    };
+    struct InstanceQuery;
     class Builder;
 
+    static float IntersectInstance(void *query, uint32_t instance, const Ray &ray);
+    static float OccludedInstance(void *query, uint32_t instance, const Ray &ray);
+    void Describe(const Part &part, const Ray &ray, const Part::Hit &hit, SurfaceInteraction *si) const;
     const StrandColors *StrandColorsOf(uint32_t group, uint32_t segment) const;
 
     std::vector<std::unique_ptr<Material>> materials_;
     std::vector<const Material *> curveMaterials_;           // by curve group
     std::unordered_map<uint32_t, GroupColors> strandColors_; // by curve group, of those that have any
-    std::vector<Vector3f> strandNormals_; // by segment; empty where no material asks for them
-    std::vector<SolidInfo> solidInfos_;
-    SolidSet solids_;
-    bool haveSolids_ = false, haveCurves_ = false;
-    CurveSet curves_;
-    std::optional<BinaryCurveBvh> binaryCurves_;
+    Part world_;
+    std::vector<std::unique_ptr<Part>> objects_; // those that are used
+    InstanceSet instances_;
+    std::vector<const Part *> objectOf_; // by instance
     std::vector<std::unique_ptr<Light>> lights_;
     std::vector<int> infiniteLights_;
     LightSampler lightSampler_;

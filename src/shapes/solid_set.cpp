@@ -56,6 +56,7 @@ struct Mesh {
     TriangleMesh mesh;
     std::vector<uint32_t> original; // the triangle's number as given; empty if none was dropped
     bool flipNormals = false;
+    SolidSet::MeshAlpha alpha; // null: the mesh is there everywhere
     // For sampling, made when first asked for.
     mutable std::once_flag once;
     mutable std::unique_ptr<Distribution1D> byArea;
@@ -90,6 +91,24 @@ struct Mesh {
             Vector3d(mesh.n[v[0]]) * b[0] + Vector3d(mesh.n[v[1]]) * b[1] + Vector3d(mesh.n[v[2]]) * b[2];
         const double length = n.Length();
         return length > 0 && std::isfinite(length) ? n / length : Vector3d();
+    }
+    // Of a point with these barycentric coordinates.
+    Vector3d Point(uint32_t triangle, const double b[3]) const {
+        const uint32_t *v = Corners(triangle);
+        return P(v[0]) * b[0] + P(v[1]) * b[1] + P(v[2]) * b[2];
+    }
+    void CornerUVs(uint32_t triangle, Vector2<double> uv[3]) const {
+        uv[0] = {0, 0}, uv[1] = {1, 0}, uv[2] = {1, 1};
+        if (!mesh.uv.empty())
+            for (size_t i = 0; i < 3; ++i) {
+                const Point2f &corner = mesh.uv[Corners(triangle)[i]];
+                uv[i] = {static_cast<double>(corner.x), static_cast<double>(corner.y)};
+            }
+    }
+    Vector2<double> UV(uint32_t triangle, const double b[3]) const {
+        Vector2<double> uv[3];
+        CornerUVs(triangle, uv);
+        return uv[0] * b[0] + uv[1] * b[1] + uv[2] * b[2];
     }
     // The geometric normal on the side of the shading normal ns, if there is one.
     Vector3d OrientedNormal(const Vector3d &areaNormal, const Vector3d &ns) const {
@@ -492,6 +511,8 @@ PlaneHit MeetPlane(const Mesh &mesh, uint32_t triangle, const Ray &ray) {
 // Embree finds t in single precision, with an error that grows with the triangle and its thinness. A
 // candidate counts only if the plane really lies beyond the ray's start; so an origin that OffsetRayOrigin
 // put on the right side of a triangle never meets it again, however long and thin it is.
+// Holes are left out here as well.
+template <bool Shadow>
 void MeshFilter(const RTCFilterFunctionNArguments *args) {
     if (args->valid[0] == 0)
         return;
@@ -499,7 +520,15 @@ void MeshFilter(const RTCFilterFunctionNArguments *args) {
     const Ray ray = FromEmbree(*reinterpret_cast<const RTCRay *>(args->ray));
     const uint32_t triangle = RTCHitN_primID(args->hit, 1, 0);
     const PlaneHit hit = MeetPlane(*mesh, triangle, ray);
-    if (!(hit.t > static_cast<double>(ray.tMin)))
+    if (!(hit.t > static_cast<double>(ray.tMin))) {
+        args->valid[0] = 0;
+        return;
+    }
+    if (!mesh->alpha)
+        return;
+    const Vector2<double> uv = mesh->UV(triangle, hit.b);
+    if (!mesh->alpha(Point3f(mesh->Point(triangle, hit.b)),
+                     {static_cast<float>(uv.x), static_cast<float>(uv.y)}, Shadow))
         args->valid[0] = 0;
 }
 
@@ -583,7 +612,7 @@ SolidSet::~SolidSet() = default;
 SolidSet::SolidSet(SolidSet &&) noexcept = default;
 SolidSet &SolidSet::operator=(SolidSet &&) noexcept = default;
 
-uint32_t SolidSet::AddMesh(TriangleMesh given, uint32_t shapeId, bool flipNormals) {
+uint32_t SolidSet::AddMesh(TriangleMesh given, uint32_t shapeId, bool flipNormals, MeshAlpha alpha) {
     if (given.indices.size() % 3 != 0)
         throw Error("triangle mesh: " + std::to_string(given.indices.size()) +
                     " indices, which is not a multiple of 3");
@@ -597,6 +626,7 @@ uint32_t SolidSet::AddMesh(TriangleMesh given, uint32_t shapeId, bool flipNormal
     auto mesh = std::make_unique<Mesh>();
     mesh->mesh = std::move(given);
     mesh->flipNormals = flipNormals;
+    mesh->alpha = std::move(alpha);
     TriangleMesh &m = mesh->mesh;
 
     // Keep the triangles that have a meaning.
@@ -654,8 +684,8 @@ uint32_t SolidSet::AddMesh(TriangleMesh given, uint32_t shapeId, bool flipNormal
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, m.indices.data(), 0,
                                    3 * sizeof(uint32_t), kept);
         rtcSetGeometryUserData(geometry, mesh.get());
-        rtcSetGeometryIntersectFilterFunction(geometry, MeshFilter);
-        rtcSetGeometryOccludedFilterFunction(geometry, MeshFilter);
+        rtcSetGeometryIntersectFilterFunction(geometry, MeshFilter<false>);
+        rtcSetGeometryOccludedFilterFunction(geometry, MeshFilter<true>);
         impl_->Attach(geometry, id);
     }
     impl_->geometries.push_back({shapeId, std::move(mesh), nullptr});
@@ -885,10 +915,8 @@ bool SolidSet::Intersect(const Ray &ray, SolidHit *hit) const {
     hit->n = Normal3f(n);
     hit->ns = ns.LengthSquared() > 0 ? Normal3f(ns) : hit->n;
 
-    Vector2<double> uv[3] = {{0, 0}, {1, 0}, {1, 1}};
-    if (!mesh.mesh.uv.empty())
-        for (size_t i = 0; i < 3; ++i)
-            uv[i] = {static_cast<double>(mesh.mesh.uv[v[i]].x), static_cast<double>(mesh.mesh.uv[v[i]].y)};
+    Vector2<double> uv[3];
+    mesh.CornerUVs(triangle, uv);
     const Vector2<double> uvHit = uv[0] * plane.b[0] + uv[1] * plane.b[1] + uv[2] * plane.b[2];
     hit->uv = {static_cast<float>(uvHit.x), static_cast<float>(uvHit.y)};
     const Vector2<double> duv02 = uv[0] - uv[2], duv12 = uv[1] - uv[2];

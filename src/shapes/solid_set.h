@@ -5,6 +5,7 @@
 #include "core/vecmath.h"
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -59,10 +60,13 @@ class SolidSet {
     SolidSet(SolidSet &&) noexcept;
     SolidSet &operator=(SolidSet &&) noexcept;
 
+    // Whether a mesh is there at this point (in its own coordinates); shadow: for a ray of Occluded. Called from any
+    // thread.
+    using MeshAlpha = std::function<bool(const Point3f &p, const Point2f &uv, bool shadow)>;
     // Triangles with an index out of range, a vertex that is not finite, or no area are dropped; one Warning
     // counts them. Normals or uv whose number differs from the vertices', or an index count that is no
     // multiple of 3: Error.
-    uint32_t AddMesh(TriangleMesh mesh, uint32_t shapeId, bool flipNormals);
+    uint32_t AddMesh(TriangleMesh mesh, uint32_t shapeId, bool flipNormals, MeshAlpha alpha = {});
     // pbrt-v3's parameters, phiMax in degrees, clamped as there. A singular transformation or parameters that
     // are not finite: Error. A radius of 0 or an empty sweep: a Warning, and a shape that no ray meets.
     uint32_t AddSphere(const Transform &objectToWorld, float radius, float zMin, float zMax, float phiMax,

@@ -1,0 +1,185 @@
+#include "shapes/instance_set.h"
+
+#include "core/error.h"
+
+#include <atomic>
+#include <embree3/rtcore.h>
+#include <string>
+#include <vector>
+
+namespace cuticle {
+
+namespace {
+
+struct Instance {
+    Transform objectToWorld;
+    Bounds3f bound; // world
+};
+
+// The query on its way through Embree; base comes first, so that the callbacks find the rest.
+struct Context {
+    RTCIntersectContext base;
+    InstanceSet::Meet meet;
+    void *query;
+};
+
+Ray InObject(const Instance &instance, const RTCRay &r) {
+    Ray ray = instance.objectToWorld.Inverse()(Ray{{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}});
+    ray.tMin = r.tnear;
+    ray.tMax = r.tfar;
+    return ray;
+}
+
+void Bound(const RTCBoundsFunctionArguments *args) {
+    const Bounds3f &b = static_cast<const Instance *>(args->geometryUserPtr)[args->primID].bound;
+    *args->bounds_o = {b.pMin.x, b.pMin.y, b.pMin.z, 0, b.pMax.x, b.pMax.y, b.pMax.z, 0};
+}
+
+void IntersectOne(const RTCIntersectFunctionNArguments *args) {
+    if (args->valid[0] == 0)
+        return;
+    auto *rayHit = reinterpret_cast<RTCRayHit *>(args->rayhit);
+    const auto *context = reinterpret_cast<const Context *>(args->context);
+    const Instance &instance = static_cast<const Instance *>(args->geometryUserPtr)[args->primID];
+    const float t = context->meet(context->query, args->primID, InObject(instance, rayHit->ray));
+    if (!(t >= 0))
+        return;
+    rayHit->ray.tfar = t;
+    rayHit->hit.geomID = args->geomID;
+    rayHit->hit.primID = args->primID;
+}
+
+void OccludedOne(const RTCOccludedFunctionNArguments *args) {
+    if (args->valid[0] == 0)
+        return;
+    auto *ray = reinterpret_cast<RTCRay *>(args->ray);
+    const auto *context = reinterpret_cast<const Context *>(args->context);
+    const Instance &instance = static_cast<const Instance *>(args->geometryUserPtr)[args->primID];
+    if (context->meet(context->query, args->primID, InObject(instance, *ray)) >= 0)
+        ray->tfar = -Infinity;
+}
+
+RTCRay ToEmbree(const Ray &ray) {
+    return {ray.o.x,     ray.o.y, ray.o.z, std::max(ray.tMin, 0.f), ray.d.x, ray.d.y, ray.d.z, 0, ray.tMax,
+            0xffffffffu, 0,       0};
+}
+
+bool CountMemory(void *counter, ssize_t bytes, bool) {
+    static_cast<std::atomic<ssize_t> *>(counter)->fetch_add(bytes, std::memory_order_relaxed);
+    return true;
+}
+
+} // namespace
+
+struct InstanceSet::Impl {
+    std::atomic<ssize_t> embreeBytes{0};
+    RTCDevice device = rtcNewDevice(nullptr);
+    RTCScene scene = nullptr;
+    std::vector<Instance> instances;
+    Bounds3f bound;
+
+    Impl() {
+        if (!device)
+            throw Error("Embree cannot start (error " + std::to_string(rtcGetDeviceError(nullptr)) + ")");
+        rtcSetDeviceMemoryMonitorFunction(device, CountMemory, &embreeBytes);
+    }
+    ~Impl() {
+        if (scene)
+            rtcReleaseScene(scene);
+        rtcReleaseDevice(device);
+    }
+    Impl(const Impl &) = delete;
+    Impl &operator=(const Impl &) = delete;
+
+    bool Query(const Ray &ray) const {
+        return scene && IsFinite(ray.o) && IsFinite(ray.d) && ray.d.LengthSquared() > 0 &&
+               ray.tMax > ray.tMin;
+    }
+};
+
+InstanceSet::InstanceSet() = default;
+InstanceSet::~InstanceSet() = default;
+InstanceSet::InstanceSet(InstanceSet &&) noexcept = default;
+InstanceSet &InstanceSet::operator=(InstanceSet &&) noexcept = default;
+
+uint32_t InstanceSet::Add(const Transform &objectToWorld, const Bounds3f &objectBound) {
+    if (objectToWorld.IsSingular())
+        throw Error("the instance's transformation has no inverse");
+    const auto &m = objectToWorld.M();
+    if (m[3][0] != 0 || m[3][1] != 0 || m[3][2] != 0)
+        throw Error("the instance's transformation is not affine (last row of the matrix)");
+    Bounds3f bound;
+    if (!objectBound.IsEmpty()) {
+        bound = objectToWorld(objectBound);
+        if (!IsFinite(bound.pMin) || !IsFinite(bound.pMax))
+            throw Error("the instance's coordinates are not finite");
+        //  Rounding on the way into the object must not lose what lies on the box.
+        for (int c = 0; c < 3; ++c) {
+            const float slack = 4e-7f * std::max(std::abs(bound.pMin[c]), std::abs(bound.pMax[c]));
+            bound.pMin[c] -= slack, bound.pMax[c] += slack;
+        }
+    }
+    if (!impl_)
+        impl_ = std::make_unique<Impl>();
+    impl_->instances.push_back({objectToWorld, bound});
+    impl_->bound.Extend(bound);
+    return static_cast<uint32_t>(impl_->instances.size() - 1);
+}
+
+void InstanceSet::Commit() {
+    if (!impl_)
+        return;
+    Impl &i = *impl_;
+    i.instances.shrink_to_fit();
+    i.scene = rtcNewScene(i.device);
+    rtcSetSceneFlags(i.scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(i.scene, RTC_BUILD_QUALITY_HIGH);
+    RTCGeometry geometry = rtcNewGeometry(i.device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(i.instances.size()));
+    rtcSetGeometryUserData(geometry, i.instances.data());
+    rtcSetGeometryBoundsFunction(geometry, Bound, nullptr);
+    rtcSetGeometryIntersectFunction(geometry, IntersectOne);
+    rtcSetGeometryOccludedFunction(geometry, OccludedOne);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(i.scene, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(i.scene);
+    if (const RTCError error = rtcGetDeviceError(i.device); error != RTC_ERROR_NONE)
+        throw Error("Embree: cannot build over the instances: error " +
+                    std::to_string(static_cast<int>(error)));
+}
+
+bool InstanceSet::Intersect(const Ray &ray, Meet meet, void *query) const {
+    if (!impl_ || !impl_->Query(ray))
+        return false;
+    Context context{{}, meet, query};
+    rtcInitIntersectContext(&context.base);
+    RTCRayHit rayHit{};
+    rayHit.ray = ToEmbree(ray);
+    rayHit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(impl_->scene, &context.base, &rayHit);
+    return rayHit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+}
+
+bool InstanceSet::Occluded(const Ray &ray, Meet meet, void *query) const {
+    if (!impl_ || !impl_->Query(ray))
+        return false;
+    Context context{{}, meet, query};
+    rtcInitIntersectContext(&context.base);
+    RTCRay embreeRay = ToEmbree(ray);
+    rtcOccluded1(impl_->scene, &context.base, &embreeRay);
+    return embreeRay.tfar < 0;
+}
+
+const Transform &InstanceSet::ObjectToWorld(uint32_t instance) const {
+    return impl_->instances[instance].objectToWorld;
+}
+Bounds3f InstanceSet::WorldBound() const { return impl_ ? impl_->bound : Bounds3f(); }
+size_t InstanceSet::Size() const { return impl_ ? impl_->instances.size() : 0; }
+size_t InstanceSet::MemoryBytes() const {
+    return impl_ ? static_cast<size_t>(impl_->embreeBytes.load()) +
+                       impl_->instances.capacity() * sizeof(Instance)
+                 : 0;
+}
+
+} // namespace cuticle
