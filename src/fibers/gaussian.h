@@ -24,8 +24,8 @@ T Gaussian(T beta, T x) {
 template <typename T>
 T GaussianDetector(T beta, T x) {
     const T turn = 2 * kPi<T>, d = x - turn * std::nearbyint(x / turn);
-    if (beta < T(0.35L)) // the neighbours are below exp(-40)
-        return Gaussian(beta, d);
+    if (beta < T(0.35L)) // the neighbours are below exp(-40), and so is what lies beyond 9 widths
+        return std::abs(d) < 9 * beta ? Gaussian(beta, d) : T(0);
     if (beta < T(1.1L))
         return Gaussian(beta, d) + Gaussian(beta, d - turn) + Gaussian(beta, d + turn);
     T sum = T(0.5L);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/color.h"
+#include "fibers/deon.h"
 #include "fibers/hair.h"
 #include "fibers/kajiya_kay.h"
 #include "fibers/marschner.h"
@@ -174,7 +175,9 @@ class BSDF {
     Frame frame_;
     Normal3f n_;
     Spectrum scale_{1};
-    std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF, MarschnerBSDF> model_;
+    std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF, MarschnerBSDF, DEonBSDF,
+                 TabulatedDEonBSDF>
+        model_;
 };
 
 } // namespace cuticle

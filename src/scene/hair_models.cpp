@@ -153,6 +153,81 @@ class MarschnerMaterial : public Material {
     MarschnerParameters choices_;
 };
 
+// "deon". Own parameters, degrees of theta_i + theta_o: alpha_R ..., beta_R ...; around the fiber azimuth_R ...; lobes,
+// tail, and the choices of DEonParameters by name; "string field" "near" takes h from the place across the fiber.
+// Derived: alpha and widths are those of the default model. N_p comes from a table where nothing that it depends on
+// varies over the hair, else from quadrature ("string evaluation" chooses).
+class DEonMaterial : public Material {
+  public:
+    DEonMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &)
+        : color_(params, textures), shape_(params, textures), angles_(params, textures, 1) {
+        constexpr std::array<std::string_view, 3> kForms = {"spherical", "full-angle", "half-angle"},
+                                                  kEvaluations = {"auto", "table", "quadrature"};
+        constexpr std::array<std::string_view, 2> kInclinations = {"half-difference", "viewer"},
+                                                  kDetectors = {"wrapped", "nearest"},
+                                                  kFields = {"far", "near"};
+        constexpr LongitudinalForm kFormOf[] = {LongitudinalForm::Spherical, LongitudinalForm::FullAngle,
+                                                LongitudinalForm::HalfAngle};
+        choices_.lobes = params.FindInt("lobes", choices_.lobes);
+        if (choices_.lobes < 1 || choices_.lobes > 16)
+            throw Error(params.Find("lobes")->loc,
+                        "\"lobes\" must be 1 to 16, not " + std::to_string(choices_.lobes));
+        choices_.tail = params.FindBool("tail", true);
+        choices_.halfAngleFresnel = params.FindBool("half_angle_fresnel", false);
+        choices_.longitudinal = kFormOf[ChoiceOf<size_t>(params, "longitudinal", kForms)];
+        choices_.length = ChoiceOf<SegmentLength>(params, "path", kLengths);
+        choices_.inclination = ChoiceOf<AttenuationInclination>(params, "inclination", kInclinations);
+        choices_.detector = ChoiceOf<AzimuthalDetector>(params, "detector", kDetectors);
+        near_ = ChoiceOf<int>(params, "field", kFields) == 1;
+        constexpr const char *kAzimuth[] = {"azimuth_R", "azimuth_TT", "azimuth_TRT"};
+        for (size_t p = 0; p < 3; ++p)
+            azimuth_[p] = OwnFloat(params, textures, kAzimuth[p]);
+        const int evaluation = ChoiceOf<int>(params, "evaluation", kEvaluations);
+        bool varies = false;
+        for (const char *name : {"sigma_a", "color", "reflectance", "eumelanin", "pheomelanin", "eta",
+                                 "beta_n", "azimuth_R", "azimuth_TT", "azimuth_TRT"})
+            varies |= params.Find(name) && params.Find(name)->type == ParamType::Texture;
+        if (evaluation == 1 && (near_ || varies))
+            throw Error(
+                params.Find("evaluation")->loc,
+                "a table needs a far field, and a colour, eta and widths around the fiber that are the same "
+                "everywhere");
+        if (evaluation != 2 && !near_ && !varies)
+            table_ = DEonTable::Cached(At({}));
+    }
+
+    void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const override {
+        DEonParameters p = At({si.p, si.uv, si.strandColors});
+        if (near_)
+            p.h = std::clamp(1 - 2 * si.uv.y, -1.f, 1.f);
+        if (table_)
+            bsdf->SetFiber<TabulatedDEonBSDF>(p, table_.get());
+        else
+            bsdf->SetFiber<DEonBSDF>(p);
+    }
+
+  private:
+    DEonParameters At(const TexturePoint &point) const {
+        const float betaM = shape_.betaM->Evaluate(point), betaN = shape_.betaN->Evaluate(point);
+        DEonParameters p = choices_;
+        p.eta = shape_.eta->Evaluate(point);
+        p.sigmaA = color_.SigmaA(point, betaN).c;
+        for (size_t i = 0; i < 3; ++i) {
+            p.betaM[i] = angles_.Width(i, point, betaM);
+            p.alpha[i] = angles_.Shift(i, point, -kTiltInAlpha[i] * shape_.alpha->Evaluate(point));
+            p.betaN[i] = azimuth_[i] ? azimuth_[i]->Evaluate(point) : AzimuthalWidth(betaN);
+        }
+        return p;
+    }
+    HairColor color_;
+    HairShape shape_;
+    LobeAngles angles_;
+    std::array<FloatTexture, 3> azimuth_;
+    DEonParameters choices_;
+    bool near_ = false;
+    std::shared_ptr<const DEonTable> table_;
+};
+
 using Maker = std::unique_ptr<Material> (*)(const ParamSet &, const TextureTable &, const MaterialOptions &);
 
 template <class M>
@@ -160,8 +235,9 @@ std::unique_ptr<Material> Make(const ParamSet &p, const TextureTable &t, const M
     return std::make_unique<M>(p, t, o);
 }
 
-constexpr std::string_view kNames[] = {"chiang", "kajiya-kay", "marschner"};
-constexpr Maker kMakers[] = {Make<HairMaterial>, Make<KajiyaKayMaterial>, Make<MarschnerMaterial>};
+constexpr std::string_view kNames[] = {"chiang", "kajiya-kay", "marschner", "deon"};
+constexpr Maker kMakers[] = {Make<HairMaterial>, Make<KajiyaKayMaterial>, Make<MarschnerMaterial>,
+                             Make<DEonMaterial>};
 static_assert(std::size(kNames) == std::size(kMakers));
 
 } // namespace

@@ -22,7 +22,8 @@ class Material {
     virtual ~Material() = default;
     // True if MakeBSDF reads si.strandNormal.
     virtual bool WantsStrandNormals() const { return false; }
-    // Fills the BSDF's model. Its frame is already set; a bump map turns it.
+    // Fills the BSDF's model. Its frame is already set; a bump map turns it. The BSDF may use what the material holds and must
+    // not outlive it.
     virtual void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const = 0;
     // True if the material has a bump map, which curves do not show.
     virtual bool Bumped() const { return false; }

@@ -29,7 +29,8 @@ SurfaceInteraction OnFiber(float v) {
 
 Spectrum Value(const std::string &parameters, const std::string &override = "") {
     BSDF bsdf;
-    HairOf(parameters, override)->MakeBSDF(OnFiber(0.3f), &bsdf);
+    const auto hair = HairOf(parameters, override);
+    hair->MakeBSDF(OnFiber(0.3f), &bsdf);
     bsdf.SetFrame({}, {0, 0, 1});
     EXPECT_TRUE(bsdf.IsHair());
     EXPECT_TRUE(bsdf.HasNonSpecular());
@@ -56,6 +57,36 @@ TEST(HairModels, OverrideIsTheScenesChoice) {
     for (const std::string_view name : HairModelNames())
         EXPECT_EQ(Value("\"float beta_m\" 0.2", std::string(name)),
                   Value("\"float beta_m\" 0.2 \"string model\" \"" + std::string(name) + "\""));
+}
+
+// A table and the quadrature behind it are one model; a near field is another.
+TEST(HairModels, TablesAreTheQuadrature) {
+    const std::string deon = "\"string model\" \"deon\" \"float eumelanin\" 0.3 ";
+    const Spectrum table = Value(deon), exact = Value(deon + "\"string evaluation\" \"quadrature\"");
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(table[c], exact[c], 0.005f * exact[c]);
+    EXPECT_GT(std::abs(Value(deon + "\"string field\" \"near\"").y() - exact.y()), 0.01f * exact.y());
+    EXPECT_THROW(HairOf(deon + "\"string field\" \"near\" \"string evaluation\" \"table\""), Error);
+    EXPECT_THROW(HairOf(deon + "\"string detector\" \"wraped\""), Error);
+    EXPECT_THROW(HairOf(deon + "\"integer lobes\" 0"), Error);
+}
+
+// Eccentric fibers need the direction that their strands carry; round ones look the same from all sides.
+TEST(HairModels, EccentricFibersAskForTheStrandsAxis) {
+    const auto valueAt = [](const std::string &parameters, const Vector3f &axis) {
+        const auto hair = HairOf("\"string model\" \"marschner\" \"float eumelanin\" 0.1 " + parameters);
+        EXPECT_EQ(hair->WantsStrandNormals(), !parameters.empty());
+        SurfaceInteraction si = OnFiber(0.5f);
+        si.strandNormal = axis;
+        BSDF bsdf;
+        hair->MakeBSDF(si, &bsdf);
+        bsdf.SetFrame({}, {0, 0, 1});
+        float pdf = 0;
+        return bsdf.FCos({0, 0, 1}, {0.1f, 0.3f, std::sqrt(0.9f)}, &pdf).y();
+    };
+    EXPECT_NE(valueAt("\"float eccentricity\" 0.85", {0, 1, 0}),
+              valueAt("\"float eccentricity\" 0.85", {0, 0, 1}));
+    EXPECT_EQ(valueAt("", {0, 1, 0}), valueAt("", {0, 0, 1}));
 }
 
 // A parameter of another model is reported as without use.

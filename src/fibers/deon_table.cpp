@@ -1,0 +1,166 @@
+//> Define the table of $N_p$
+#include "core/error.h"
+#include "fibers/deon.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <mutex>
+
+namespace cuticle {
+
+namespace {
+//> Choose the table's resolution
+// Columns: a tenth of the narrowest width apart, or a degree; at most 2048. Rows: 64, and more for narrow lobes, since
+// caustics move from row to row.
+size_t ColumnsFor(const DEonParameters &p) {
+    const float narrowest = std::min({p.betaN[0], p.betaN[1], p.betaN[2]});
+    return 1 + static_cast<size_t>(std::clamp(180 / std::min(1.f, narrowest / 10), 180.f, 2048.f));
+}
+size_t RowsFor(const DEonParameters &p) {
+    const float narrowest = std::min({p.betaN[0], p.betaN[1], p.betaN[2]});
+    return static_cast<size_t>(64 * std::clamp(4 / narrowest, 1.f, 4.f));
+}
+//<
+
+//> Space the rows
+// x in [0, 1] over theta_d in [0, pi/2], denser toward grazing, where Fresnel's factor rises steeply.
+double ThetaOfRow(double x) { return std::numbers::pi / 2 * x * (2 - x); }
+float RowOfCosTheta(float cosTheta) {
+    const float theta = std::acos(std::min(cosTheta, 1.f));
+    return 1 - std::sqrt(std::max(0.f, 1 - theta / (Pi / 2)));
+}
+//<
+} // namespace
+
+//> Fill the table
+DEonTable::DEonTable(const DEonParameters &given)
+    : rows_(RowsFor(CheckedDEon(given))), columns_(ColumnsFor(CheckedDEon(given))) {
+    const DEonParameters p = CheckedDEon(given);
+    if (p.h)
+        throw Error("DEonTable: tables are of far-field fibers, without h");
+    lobes_ = p.AllLobes();
+    n_.resize(rows_ * lobes_ * columns_);
+    luminance_.resize(n_.size());
+    cumulated_.resize(n_.size());
+    mean_.resize(rows_ * lobes_);
+    const DEonQuadrature<double> exact(p);
+    // Isolated: a thread that waits here with a lock must not take up work that asks for the same lock.
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(size_t(0), rows_ * lobes_, [&](size_t k) { Fill(exact, k / lobes_, k % lobes_); });
+    });
+}
+// Linear between columns, so that the integral of a table's row is the sum of its trapezia.
+void DEonTable::Fill(const DEonQuadrature<double> &exact, size_t row, size_t p) {
+    const double x = static_cast<double>(row) / static_cast<double>(rows_ - 1),
+                 step = std::numbers::pi / static_cast<double>(columns_ - 1), beta = exact.Width(p);
+    const SmoothFiber<double> fiber = exact.At(std::cos(ThetaOfRow(x)));
+    std::vector<std::pair<double, std::array<double, 3>>> rays;
+    if (!exact.parameters.IsTail(p))
+        exact.ForEachRay(p, fiber, [&](double turn, const std::array<double, 3> &light) {
+            rays.emplace_back(turn, light);
+        });
+    const std::array<double, 3> uniform = rays.empty() ? exact.Value(p, fiber, 0).n : std::array<double, 3>{};
+    const size_t first = Row(row, p) * columns_;
+    double sum = 0, before = 0;
+    for (size_t j = 0; j < columns_; ++j) {
+        std::array<double, 3> n = uniform;
+        for (const auto &[turn, light] : rays) {
+            const double seen = exact.Seen(beta, step * static_cast<double>(j), turn);
+            for (size_t c = 0; c < 3; ++c)
+                n[c] += light[c] * seen;
+        }
+        const double y = Luminance(n);
+        sum += j > 0 ? step / 2 * (y + before) : 0;
+        before = y;
+        for (size_t c = 0; c < 3; ++c)
+            n_[first + j][c] = static_cast<float>(n[c]);
+        luminance_[first + j] = static_cast<float>(y);
+        cumulated_[first + j] = static_cast<float>(sum);
+    }
+    mean_[Row(row, p)] = static_cast<float>(2 * sum);
+}
+//<
+
+//> Share tables between fibers
+std::shared_ptr<const DEonTable> DEonTable::Cached(const DEonParameters &parameters) {
+    static std::mutex mutex;
+    static std::vector<std::pair<DEonParameters, std::weak_ptr<const DEonTable>>> tables;
+    DEonParameters key = CheckedDEon(parameters);
+    key.alpha = {}, key.betaM = {}, key.longitudinal = {}; // of no effect on the table
+    const std::lock_guard lock(mutex);
+    std::erase_if(tables, [](const auto &entry) { return entry.second.expired(); });
+    for (const auto &[known, table] : tables)
+        if (known == key)
+            if (auto shared = table.lock())
+                return shared;
+    auto made = std::make_shared<const DEonTable>(key);
+    tables.emplace_back(key, made);
+    return made;
+}
+size_t DEonTable::MemoryBytes() const {
+    return n_.size() * sizeof(n_[0]) + (luminance_.size() + cumulated_.size() + mean_.size()) * sizeof(float);
+}
+//<
+
+//> Look up the table
+namespace {
+// The interval of [0, intervals] in which x lies; 0 for NaN.
+size_t Below(float x, size_t intervals) {
+    return x > 0 ? std::min(static_cast<size_t>(x), intervals - 1) : 0;
+}
+} // namespace
+DEonTable::View::Inside DEonTable::View::At(float cosThetaD) const {
+    const float x = RowOfCosTheta(cosThetaD) * static_cast<float>(table_->rows_ - 1);
+    const size_t row = Below(x, table_->rows_ - 1);
+    return {row, x - static_cast<float>(row)};
+}
+float DEonTable::View::Share(size_t p, const Inside &inside) const {
+    return (1 - inside.fraction) * table_->mean_[table_->Row(inside.row, p)] +
+           inside.fraction * table_->mean_[table_->Row(inside.row + 1, p)];
+}
+// Bilinear. The density is that of Sample exactly: interpolation is linear, and so is luminance.
+AroundValue<float> DEonTable::View::Value(size_t p, const Inside &inside, float phi) const {
+    const float x = std::abs(WrapAngle(phi)) / Pi * static_cast<float>(table_->columns_ - 1);
+    const size_t j = Below(x, table_->columns_ - 1);
+    const float across = x - static_cast<float>(j), weight[] = {1 - inside.fraction, inside.fraction};
+    AroundValue<float> value{{0, 0, 0}, 0};
+    for (size_t k = 0; k < 2; ++k) {
+        const size_t at = table_->Row(inside.row + k, p) * table_->columns_ + j;
+        for (size_t c = 0; c < 3; ++c)
+            value.n[c] += weight[k] * ((1 - across) * table_->n_[at][c] + across * table_->n_[at + 1][c]);
+        value.density +=
+            weight[k] * ((1 - across) * table_->luminance_[at] + across * table_->luminance_[at + 1]);
+    }
+    const float mean = Share(p, inside);
+    value.density = mean > 0 ? value.density / mean : 0;
+    return value;
+}
+//<
+
+//> Draw an azimuth from the table
+// A row of the two by what it holds, a column by the cumulated sums, a place in it by the linear density; the sign comes
+// from u's upper bit.
+float DEonTable::View::Sample(size_t p, const Inside &inside, float rest, float u) const {
+    const float low = (1 - inside.fraction) * table_->mean_[table_->Row(inside.row, p)],
+                high = inside.fraction * table_->mean_[table_->Row(inside.row + 1, p)];
+    const size_t row = table_->Row(inside.row + (rest * (low + high) < low ? 0 : 1), p);
+    const float *cumulated = table_->cumulated_.data() + row * table_->columns_;
+    const float sign = u < 0.5f ? -1.f : 1.f,
+                target = (u < 0.5f ? 2 * u : 2 * u - 1) * table_->mean_[row] / 2;
+    const auto j = static_cast<size_t>(std::clamp<std::ptrdiff_t>(
+        std::upper_bound(cumulated, cumulated + table_->columns_, target) - cumulated - 1, 0,
+        static_cast<std::ptrdiff_t>(table_->columns_) - 2));
+    const float a = table_->luminance_[row * table_->columns_ + j],
+                b = table_->luminance_[row * table_->columns_ + j + 1],
+                step = Pi / static_cast<float>(table_->columns_ - 1);
+    // a t + (b - a) t^2 / 2 = y, by the root that does not cancel.
+    const float y = (target - cumulated[j]) / step;
+    const float root = std::sqrt(std::max(0.f, a * a + 2 * (b - a) * y));
+    const float t = a + root > 0 ? std::clamp(2 * y / (a + root), 0.f, 1.f) : 0.5f;
+    return sign * step * (static_cast<float>(j) + t);
+}
+//<
+
+} // namespace cuticle
+//<
