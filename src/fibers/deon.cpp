@@ -169,7 +169,7 @@ DEon<T, Around>::DEon(const DEonParameters &p, const Around &a) : parameters(p),
         along_[i] = {p.longitudinal, kPi<T> / 180 * T(p.betaM[i]), kPi<T> / 180 * T(p.alpha[i])};
     along_[3] = {p.longitudinal, kPi<T> / 180 * T(p.betaM[2]), 0};
 }
-//> Share the samples out
+//> Share out the samples of d'Eon's model
 // By the luminance of each lobe at the viewer's own inclination.
 template <typename T, class Around>
 typename DEon<T, Around>::Shares DEon<T, Around>::SharesOf(T cosThetaO) const {
