@@ -282,7 +282,10 @@ Spectrum ParseSPD(const std::string &text, const std::string &name) {
     std::vector<double> lambda, values;
     for (size_t i = 0; i < numbers.size(); i += 2)
         lambda.push_back(numbers[i]), values.push_back(numbers[i + 1]);
-    return SpectrumFromSamples(std::move(lambda), std::move(values));
+    const Spectrum color = SpectrumFromSamples(std::move(lambda), std::move(values));
+    if (!color.IsFinite())
+        throw Error(FileLoc{loc.file, 0, 0}, "the colour of these values is out of range");
+    return color;
 }
 
 Spectrum ReadSPD(const std::string &filename) {

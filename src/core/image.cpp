@@ -176,9 +176,9 @@ void ReadAttributes(const Imf::Header &header, Image *image) {
     }
 }
 
-// OpenEXR allocates its tables from the header's word alone, so the data window is judged before it sees the file. A
-// header is a list of name, type, size, value; what this does not understand is left for OpenEXR to complain about.
-void CheckEXRDataWindow(const std::string &filename, const std::string &bytes) {
+// OpenEXR allocates from the header's word alone, so sizes of attributes and the data window are judged before it sees
+// the file. A header is a list of name, type, size, value; what else may be wrong is left for OpenEXR to complain about.
+void CheckEXRHeader(const std::string &filename, const std::string &bytes) {
     size_t at = 8; // after magic number and version
     const auto text = [&] {
         const size_t end = std::min(bytes.find('\0', std::min(at, bytes.size())), bytes.size());
@@ -195,7 +195,8 @@ void CheckEXRDataWindow(const std::string &filename, const std::string &bytes) {
         std::memcpy(&size, bytes.data() + at, sizeof(size));
         at += sizeof(size);
         if (size < 0 || static_cast<size_t>(size) > bytes.size() - at)
-            return;
+            Fail(filename, "not a readable EXR file: an attribute of its header has " + std::to_string(size) +
+                               " bytes, more than the file (truncated or damaged)");
         if (name == "dataWindow" && size == sizeof(window)) {
             std::memcpy(window, bytes.data() + at, sizeof(window));
             CheckSize(filename, int64_t{window[2]} - window[0] + 1, int64_t{window[3]} - window[1] + 1, 1,
@@ -206,7 +207,7 @@ void CheckEXRDataWindow(const std::string &filename, const std::string &bytes) {
 }
 
 Image ReadEXR(const std::string &filename, const std::string &bytes) {
-    CheckEXRDataWindow(filename, bytes);
+    CheckEXRHeader(filename, bytes);
     try {
         MemoryIn stream(filename, bytes);
         Imf::InputFile file(stream);

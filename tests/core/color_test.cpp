@@ -214,6 +214,8 @@ TEST(SPD, ErrorsNameFileAndLine) {
     EXPECT_NE(message("400 1\n500\n").find("3 numbers"), std::string::npos);
     EXPECT_NE(message("").find("0 numbers"), std::string::npos);
     EXPECT_NE(message("400 nan\n").find("not a finite number"), std::string::npos);
+    // Found by fuzzing: each number is finite, their colour is beyond binary32
+    EXPECT_NE(message("#05\n 602\t1e41 # red\n2\t1e-1 # re").find("out of range"), std::string::npos);
     try {
         ReadSPD("no such.spd");
         FAIL() << "a missing file must be an error";

@@ -486,6 +486,10 @@ TEST_F(Damaged, AbsurdHeaders) {
         std::memcpy(exr.data() + at, window, sizeof(window));
         EXPECT_NE(MessageOf([&] { ReadImage(Write("b.exr", exr)); }), "");
     }
+    // Found by fuzzing: OpenEXR allocates 2 GB for a text of that length before it misses the bytes
+    const std::string text("\x76\x2f\x31\x01\x02\0\0\0owner\0string\0\xff\xff\xff\x7f", 25);
+    EXPECT_NE(MessageOf([&] { ReadImage(Write("text.exr", text)); }).find("more than the file"),
+              std::string::npos);
 }
 
 // stb_image 2.27 wrote beyond its tables for these; every code must fit, and at most 256 of them.
