@@ -161,6 +161,65 @@ std::array<double, 3> MatchingFunction(double lambda) {
     return xyz;
 }
 
+double IlluminantD65(double lambda) {
+    constexpr std::array<double, 41> table = {
+        49.9755, 54.6482, 82.7549, 91.486,  93.4318, 86.6823, 104.865, 117.008, 117.812, 114.861, 115.923,
+        108.811, 109.354, 107.802, 104.79,  107.689, 104.405, 104.046, 100,     96.3342, 95.788,  88.6856,
+        90.0062, 89.5991, 87.6987, 83.2886, 83.6992, 80.0268, 80.2146, 82.2778, 78.2842, 69.7213, 71.6091,
+        74.349,  61.604,  69.8856, 75.087,  63.5927, 46.4182, 66.8054, 63.3828};
+    const double place = (lambda - 380) / 10;
+    if (!(place >= 0 && place <= 40))
+        return 0;
+    const size_t i = std::min<size_t>(39, static_cast<size_t>(place));
+    const double t = place - static_cast<double>(i);
+    return (1 - t) * table[i] + t * table[i + 1];
+}
+
+std::array<double, 3> XYZToLab(const std::array<double, 3> &xyz) {
+    static const std::array<double, 3> white = RGBToXYZ(Spectrum(1));
+    std::array<double, 3> f;
+    for (size_t i = 0; i < 3; ++i) {
+        const double t = xyz[i] / white[i];
+        f[i] = t > 216. / 24389 ? std::cbrt(t) : (24389. / 27 * t + 16) / 116;
+    }
+    return {116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])};
+}
+
+double CIEDE2000(const std::array<double, 3> &lab1, const std::array<double, 3> &lab2) {
+    constexpr double degree = kPi<double> / 180;
+    const auto pow7 = [](double x) { return std::pow(x, 7); };
+    // Stretch a*, so that greys are judged as the eye does.
+    const double meanC = (std::hypot(lab1[1], lab1[2]) + std::hypot(lab2[1], lab2[2])) / 2;
+    const double g = (1 - std::sqrt(pow7(meanC) / (pow7(meanC) + pow7(25)))) / 2;
+    const double a1 = (1 + g) * lab1[1], a2 = (1 + g) * lab2[1];
+    const double c1 = std::hypot(a1, lab1[2]), c2 = std::hypot(a2, lab2[2]);
+    // Hues in degrees, 0 to 360; of a grey 0.
+    const auto hue = [&](double a, double b) {
+        const double h = std::atan2(b, a) / degree;
+        return h < 0 ? h + 360 : h;
+    };
+    const double h1 = hue(a1, lab1[2]), h2 = hue(a2, lab2[2]);
+    const bool grey = c1 * c2 == 0;
+    // The difference the short way round, and the mean on that arc.
+    double dh = grey ? 0 : h2 - h1, h = h1 + h2;
+    if (!grey) {
+        if (std::abs(h1 - h2) > 180)
+            h += h < 360 ? 360 : -360;
+        h /= 2;
+        dh -= dh > 180 ? 360 : dh < -180 ? -360 : 0;
+    }
+    const double dL = lab2[0] - lab1[0], dC = c2 - c1,
+                 dH = 2 * std::sqrt(c1 * c2) * std::sin(dh / 2 * degree);
+    const double l = (lab1[0] + lab2[0]) / 2, c = (c1 + c2) / 2, l50 = (l - 50) * (l - 50);
+    const double t = 1 - 0.17 * std::cos((h - 30) * degree) + 0.24 * std::cos(2 * h * degree) +
+                     0.32 * std::cos((3 * h + 6) * degree) - 0.20 * std::cos((4 * h - 63) * degree);
+    const double sL = 1 + 0.015 * l50 / std::sqrt(20 + l50), sC = 1 + 0.045 * c, sH = 1 + 0.015 * c * t;
+    const double turn = 30 * std::exp(-std::pow((h - 275) / 25, 2));
+    const double rT = -2 * std::sqrt(pow7(c) / (pow7(c) + pow7(25))) * std::sin(2 * turn * degree);
+    const double x = dL / sL, y = dC / sC, z = dH / sH;
+    return std::sqrt(x * x + y * y + z * z + rT * y * z);
+}
+
 // The matrices are pbrt-v3's (Rec. 709 primaries, D65), so that a scene's "xyz" colours mean the same here.
 Spectrum XYZToRGB(const std::array<double, 3> &xyz) {
     return {static_cast<float>(3.240479 * xyz[0] - 1.537150 * xyz[1] - 0.498535 * xyz[2]),

@@ -66,6 +66,15 @@ std::array<double, 3> RGBToXYZ(const Spectrum &rgb);
 // 5 nm, a cubic in between.
 std::array<double, 3> MatchingFunction(double lambda);
 
+// The standard illuminant D65, 100 at 560 nm; lambda in nm, 0 outside 380 to 780. Tabulated in steps of 10 nm, linear in
+// between (CIE 15).
+double IlluminantD65(double lambda);
+
+// CIE 1976 L*a*b* against the white of RGB (1,1,1), and the colour difference of two of them after CIEDE2000
+// (Sharma, Wu and Dalal 2005), all weights 1: about 1 is just noticed.
+std::array<double, 3> XYZToLab(const std::array<double, 3> &xyz);
+double CIEDE2000(const std::array<double, 3> &lab1, const std::array<double, 3> &lab2);
+
 // Integrates a sampled spectrum against the CIE 1931 2-degree observer, as pbrt-v3 does: XYZ divided by the
 // integral of Y-bar, linear between samples, constant beyond the ends. lambda: nm, any order, same length as
 // values; wavelengths and values must be finite and at least one (Error otherwise).

@@ -1,4 +1,6 @@
 // The plots of d'Eon, Francois, Hill, Letteri and Aubry's "An Energy-Conserving Hair Reflectance Model" (2011).
+#include "core/color.h"
+#include "fibers/hair.h"
 #include "fibers/longitudinal.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/paper_figures.h"
@@ -22,6 +24,51 @@ double Integrate(double low, double high, int pieces, F f) {
         for (size_t i = 0; i < rule.x.size(); ++i)
             sum += half * rule.w[i] * f(low + half * (2 * k + 1 + rule.x[i]));
     return sum;
+}
+
+// Melanin as Donner and Jensen 2006 have it, per mm of the pure pigment; lambda in nm.
+double EumelaninAbsorption(double lambda) { return 6.6e10 * std::pow(lambda, -3.33); }
+double PheomelaninAbsorption(double lambda) { return 2.9e14 * std::pow(lambda, -4.75); }
+
+// XYZ of D65 through a thickness in mm of a mixture, in 40 bands of 10 nm. RGB (1,1,1) if nothing absorbs.
+std::array<double, 3> SpectralTransmission(double mm, double pheomelanin) {
+    std::array<double, 3> seen = {0, 0, 0};
+    double white = 0;
+    for (int band = 0; band < 40; ++band) {
+        const double lambda = 385 + 10 * band, light = IlluminantD65(lambda);
+        const std::array<double, 3> eye = MatchingFunction(lambda);
+        const double absorption =
+            (1 - pheomelanin) * EumelaninAbsorption(lambda) + pheomelanin * PheomelaninAbsorption(lambda);
+        white += light * eye[1];
+        for (size_t i = 0; i < 3; ++i)
+            seen[i] += light * eye[i] * std::exp(-absorption * mm);
+    }
+    for (double &x : seen)
+        x /= white;
+    return seen;
+}
+
+// The same by the paper's cross-sections, thickness in their unit.
+Spectrum RgbTransmission(double thickness, double pheomelanin) {
+    const Spectrum sigma = HairBSDF::SigmaAFromConcentration(static_cast<float>(1 - pheomelanin),
+                                                             static_cast<float>(pheomelanin));
+    return Exp(sigma * static_cast<float>(-thickness));
+}
+
+double PigmentDifference(double thickness, double mmOfUnit, double pheomelanin) {
+    return CIEDE2000(XYZToLab(SpectralTransmission(thickness * mmOfUnit, pheomelanin)),
+                     XYZToLab(RGBToXYZ(RgbTransmission(thickness, pheomelanin))));
+}
+
+// The least of f, which has one minimum between low and high: golden sections.
+template <typename F>
+double Minimize(double low, double high, F f) {
+    const double golden = (std::sqrt(5.) - 1) / 2;
+    for (int step = 0; step < 60; ++step) {
+        const double a = high - golden * (high - low), b = low + golden * (high - low);
+        (f(a) < f(b) ? high : low) = f(a) < f(b) ? b : a;
+    }
+    return (low + high) / 2;
 }
 
 } // namespace
@@ -178,6 +225,71 @@ FigureData Deon05(const FigureOptions &) {
                    {"the sum over all p is 1, off by at most", off, 0, 1e-4}};
     data.note = Printed("R, TT and TRT miss up to %.1f%%", 100 * (1 - leastThree)) +
                 Printed(", at θ_i = %.1f°.", leastThreeAt);
+    return data;
+}
+
+// The cross-sections' unit is not given; the one that fits the spectra best is found here: least mean CIEDE2000 over
+// thickness and both pigments.
+FigureData Deon09(const FigureOptions &options) {
+    const double thickest = 8;
+    const std::vector<double> thicknesses = Linspace(0, thickest, options.quick ? 33 : 161);
+    const auto meanDifference = [&](double mmOfUnit) {
+        double sum = 0;
+        for (const double x : thicknesses)
+            sum += PigmentDifference(x, mmOfUnit, 0) + PigmentDifference(x, mmOfUnit, 1);
+        return sum / (2 * static_cast<double>(thicknesses.size()));
+    };
+    const double unit = Minimize(1 / 200., 1 / 20., meanDifference);
+
+    FigureData data{Table({"pheomelanin_share", "thickness", "spectral_R", "spectral_G", "spectral_B",
+                           "rgb_R", "rgb_G", "rgb_B", "CIEDE2000"}),
+                    {},
+                    "",
+                    {}};
+    data.plot.width = 900, data.plot.height = 380;
+    PlotPanel picture, difference;
+    picture.kind = PlotKind::HeatMap;
+    picture.x = difference.x = {.label = "thickness", .min = 0, .max = thickest, .step = 1};
+    picture.y = {.label = "share of pheomelanin"};
+    PlotHeatMap &map = picture.heatMap;
+    map.columns = thicknesses.size(), map.rows = 120;
+    map.xMax = thickest, map.yMin = 1.2, map.yMax = -0.2; // rows from the top: eumelanin first
+    for (size_t row = 0; row < map.rows; ++row) {
+        const double y = map.yMin + (static_cast<double>(row) + 0.5) * (map.yMax - map.yMin) / 120;
+        const bool byRgb = (y < 0 && y > -0.1) || (y > 1 && y < 1.1);
+        for (const double x : thicknesses) {
+            const double share = std::clamp(y, 0., 1.);
+            map.colors.push_back(byRgb ? RgbTransmission(x, share)
+                                       : XYZToRGB(SpectralTransmission(x * unit, share)));
+        }
+    }
+    difference.y = {.label = "CIEDE2000", .min = 0};
+    difference.legend = "top right";
+    double greatest = 0;
+    for (const double share : {0., 0.5, 1.}) {
+        PlotSeries curve;
+        curve.label = share == 0 ? "eumelanin" : share == 1 ? "pheomelanin" : "half of each";
+        for (const double x : thicknesses) {
+            const Spectrum bands = XYZToRGB(SpectralTransmission(x * unit, share)),
+                           rgb = RgbTransmission(x, share);
+            const double e = PigmentDifference(x, unit, share);
+            data.table.Add({share, x, bands[0], bands[1], bands[2], rgb[0], rgb[1], rgb[2], e});
+            curve.x.push_back(x), curve.y.push_back(e);
+            greatest = std::max(greatest, e);
+        }
+        difference.series.push_back(curve);
+    }
+    data.plot.panels = {picture, difference};
+    const double mean = meanDifference(unit);
+    const Spectrum white = XYZToRGB(SpectralTransmission(0, 0));
+    data.checks = {
+        {"without pigment the bands give white, off by at most",
+         std::max({std::abs(white[0] - 1), std::abs(white[1] - 1), std::abs(white[2] - 1)}), 0, 0.01},
+        {"mean CIEDE2000 of spectral and RGB colours of pure pigments", mean, 0, 2.5},
+        {"greatest CIEDE2000", greatest, 0, 5},
+    };
+    data.note = Printed("The unit that fits best is %.4f mm of pure pigment: ", unit) +
+                Printed("CIEDE2000 is then %.1f in the mean and ", mean) + Printed("%.1f at most.", greatest);
     return data;
 }
 

@@ -51,7 +51,13 @@ std::span<const Figure> Figures() {
         {"deon-06", Plot, "Rough N_TT, Gaussian detector against Zinke and Weber's wrap.", nullptr, ""},
         {"deon-07", Diagram, "Lobes of exit azimuths for several h.", nullptr, ""},
         {"deon-08", Plot, "Colour of N_TT around a smooth and a rough fiber.", nullptr, ""},
-        {"deon-09", Plot, "Colour through eumelanin and pheomelanin, spectral and RGB.", nullptr, ""},
+        {"deon-09", Plot,
+         "Colour of D65 light through eumelanin and pheomelanin against thickness, in the unit of the RGB "
+         "cross-sections. "
+         "Top and bottom: the pure pigments, outer half of the strip by 40 spectral bands, inner half by "
+         "RGB. Between: "
+         "mixtures, by bands. Below: the difference.",
+         Deon09, ""},
         {"deon-10", Render, "From eumelanin to pheomelanin, concentration growing to the right.", nullptr,
          ""},
         {"deon-11", Render, "Light hair by dual scattering: Gaussian against energy-conserving M.", nullptr,

@@ -9,6 +9,7 @@ namespace cuticle {
 FigureData Deon03(const FigureOptions &options);
 FigureData Deon04(const FigureOptions &options);
 FigureData Deon05(const FigureOptions &options);
+FigureData Deon09(const FigureOptions &options);
 
 // Pharr 2016
 FigureData Pharr1_9(const FigureOptions &options);

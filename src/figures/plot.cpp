@@ -72,7 +72,8 @@ void CheckPanel(const PlotPanel &panel) {
         throw Error("the sector of a polar plot must be 0 to 360 degrees wide");
     if (panel.kind == PlotKind::HeatMap) {
         const PlotHeatMap &map = panel.heatMap;
-        if (map.columns == 0 || map.rows == 0 || map.values.size() != map.columns * map.rows)
+        if (map.columns == 0 || map.rows == 0 ||
+            (map.colors.empty() ? map.values.size() : map.colors.size()) != map.columns * map.rows)
             throw Error("a heat map of " + std::to_string(map.columns) + " columns and " +
                         std::to_string(map.rows) + " rows has " + std::to_string(map.values.size()) +
                         " values");
@@ -223,21 +224,29 @@ std::string HeatMapText(const PlotPanel &panel) {
     std::string rows;
     for (size_t j = 0; j < map.rows; ++j)
         for (size_t i = 0; i < map.columns; ++i) {
-            const double v = map.values[j * map.columns + i];
             rows += Number(map.xMin + (static_cast<double>(i) + 0.5) * dx) + " " +
-                    Number(map.yMin + (static_cast<double>(j) + 0.5) * dy) + " " +
-                    Number(map.log && !(v > 0) ? NAN : v) + "\n";
+                    Number(map.yMin + (static_cast<double>(j) + 0.5) * dy);
+            if (map.colors.empty()) {
+                const double v = map.values[j * map.columns + i];
+                rows += " " + Number(map.log && !(v > 0) ? NAN : v);
+            } else {
+                for (const float c : map.colors[j * map.columns + i].c)
+                    rows += " " + Number(std::round(255 * LinearToSRGB(std::clamp(c, 0.f, 1.f))));
+            }
+            rows += "\n";
         }
     Drawing drawing;
-    drawing.Add(drawing.Block(rows) + " using 1:2:3 with image notitle");
+    drawing.Add(drawing.Block(rows) + (map.colors.empty() ? " using 1:2:3 with image notitle"
+                                                          : " using 1:2:3:4:5 with rgbimage notitle"));
     for (size_t i = 0; i < panel.series.size(); ++i)
         AddSeries(panel.series[i], i, Rows(panel.series[i], panel), &drawing);
     PlotAxis x = panel.x, y = panel.y, color;
     x.min = map.xMin, x.max = map.xMax, y.min = map.yMin, y.max = map.yMax;
     color.log = map.log, color.min = map.min, color.max = map.max, color.label = map.label;
     return std::string("set border 15 lw 1 lc rgb '") + kInk + "'\nunset grid\nset palette defined (" +
-           kHeatColors + ")\nset colorbox\n" + AxisText("x", x) + AxisText("y", y) + AxisText("cb", color) +
-           ReferenceLines(panel) + drawing.data + drawing.plots + "\n";
+           kHeatColors + ")\n" + (map.colors.empty() ? "set colorbox\n" : "unset colorbox\n") +
+           AxisText("x", x) + AxisText("y", y) + AxisText("cb", color) + ReferenceLines(panel) +
+           drawing.data + drawing.plots + "\n";
 }
 
 // --- polar: circles and spokes are ours, so that they look the same with a logarithmic radius ----------------------

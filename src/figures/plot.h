@@ -1,6 +1,8 @@
 // Plots: lines, points with error bars, bands, polar diagrams and heat maps, drawn by gnuplot in one light style.
 #pragma once
 
+#include "core/color.h"
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,6 +59,8 @@ struct PlotHeatMap {
     double xMin = 0, xMax = 1, yMin = 0, yMax = 1; // the outer edges
     size_t columns = 0, rows = 0;
     std::vector<double> values;
+    // A picture instead: the colours themselves, linear RGB, in the same order; values is then empty.
+    std::vector<Spectrum> colors;
     std::string label; // of the colour scale
     bool log = false;  // values that are not positive are left white
     std::optional<double> min = {}, max = {};

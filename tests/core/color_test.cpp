@@ -223,3 +223,55 @@ TEST(SPD, ErrorsNameFileAndLine) {
         EXPECT_NE(std::string(e.what()).find("no such.spd"), std::string::npos);
     }
 }
+
+// The pairs that Sharma, Wu and Dalal (2005) published to test implementations.
+TEST(CIEDE2000, GivesThePublishedDifferences) {
+    struct Pair {
+        std::array<double, 3> a, b;
+        double difference;
+    };
+    const Pair pairs[] = {
+        {{50, 2.6772, -79.7751}, {50, 0, -82.7485}, 2.0425},
+        {{50, -1.3802, -84.2814}, {50, 0, -82.7485}, 1.0000},
+        {{50, 0, 0}, {50, -1, 2}, 2.3669},
+        {{50, 2.49, -0.001}, {50, -2.49, 0.0009}, 7.1792},
+        {{50, 2.49, -0.001}, {50, -2.49, 0.0011}, 7.2195},
+        {{50, -0.001, 2.49}, {50, 0.0009, -2.49}, 4.8045},
+        {{50, 2.5, 0}, {73, 25, -18}, 27.1492},
+        {{60.2574, -34.0099, 36.2677}, {60.4626, -34.1751, 39.4387}, 1.2644},
+        {{35.0831, -44.1164, 3.7933}, {35.0232, -40.0716, 1.5901}, 1.8645},
+        {{22.7233, 20.0904, -46.6940}, {23.0331, 14.9730, -42.5619}, 2.0373},
+        {{90.8027, -2.0831, 1.4410}, {91.1528, -1.6435, 0.0447}, 1.4441},
+        {{6.7747, -0.2908, -2.4247}, {5.8714, -0.0985, -2.2286}, 0.6377},
+        {{2.0776, 0.0795, -1.1350}, {0.9033, -0.0636, -0.5514}, 0.9082},
+    };
+    for (const Pair &p : pairs) {
+        EXPECT_NEAR(CIEDE2000(p.a, p.b), p.difference, 5e-5);
+        EXPECT_NEAR(CIEDE2000(p.b, p.a), p.difference, 5e-5) << "symmetric";
+        EXPECT_EQ(CIEDE2000(p.a, p.a), 0);
+    }
+}
+
+TEST(Lab, OfWhiteGreyAndBlack) {
+    const std::array<double, 3> white = XYZToLab(RGBToXYZ(Spectrum(1))), black = XYZToLab({0, 0, 0});
+    EXPECT_NEAR(white[0], 100, 1e-9);
+    EXPECT_NEAR(std::hypot(white[1], white[2]), 0, 1e-9);
+    EXPECT_NEAR(black[0], 0, 1e-9);
+    // L* = 50 is the grey of 18.4% reflectance.
+    EXPECT_NEAR(XYZToLab(RGBToXYZ(Spectrum(0.18418652f)))[0], 50, 1e-3);
+}
+
+// The published chromaticity of D65 (CIE 15) is (0.31272, 0.32903).
+TEST(IlluminantD65, HasItsChromaticity) {
+    std::array<double, 3> xyz = {0, 0, 0};
+    for (int lambda = 380; lambda <= 780; ++lambda) {
+        const std::array<double, 3> eye = MatchingFunction(lambda);
+        for (size_t i = 0; i < 3; ++i)
+            xyz[i] += IlluminantD65(lambda) * eye[i];
+    }
+    EXPECT_NEAR(Chromaticity(xyz)[0], 0.31272, 1e-4);
+    EXPECT_NEAR(Chromaticity(xyz)[1], 0.32903, 1e-4);
+    EXPECT_EQ(IlluminantD65(560), 100);
+    EXPECT_EQ(IlluminantD65(379), 0);
+    EXPECT_EQ(IlluminantD65(781), 0);
+}
