@@ -36,6 +36,18 @@ std::vector<size_t> ParetoFront(const std::vector<CostPoint> &points) {
     return front;
 }
 
+PlotSeries ParetoSteps(const std::vector<CostPoint> &points, double best, double worst) {
+    PlotSeries steps;
+    steps.label = "Pareto front";
+    steps.color = 7, steps.width = 1.2, steps.dash = PlotDash::Dotted;
+    for (const size_t i : ParetoFront(points)) {
+        if (!steps.x.empty())
+            steps.x.push_back(points[i].cost), steps.y.push_back(steps.y.back());
+        steps.x.push_back(points[i].cost), steps.y.push_back(std::clamp(points[i].error, best, worst));
+    }
+    return steps;
+}
+
 PlotPanel CostPanel(const std::string &title, const std::string &costLabel, const std::string &errorLabel,
                     const std::vector<CostPoint> &points, double best, double worst) {
     PlotPanel panel;
@@ -43,18 +55,6 @@ PlotPanel CostPanel(const std::string &title, const std::string &costLabel, cons
     panel.right = 0.55;
     panel.x = {.label = costLabel, .log = true};
     panel.y = {.label = errorLabel, .log = true, .min = best / 2, .max = worst * 2};
-    const auto drawn = [&](const CostPoint &p) {
-        return std::isfinite(p.error) ? std::clamp(p.error, best, worst) : worst;
-    };
-    const std::vector<size_t> front = ParetoFront(points);
-    PlotSeries steps;
-    steps.label = "Pareto front";
-    steps.color = 7, steps.width = 1.2, steps.dash = PlotDash::Dotted;
-    for (const size_t i : front) {
-        if (!steps.x.empty())
-            steps.x.push_back(points[i].cost), steps.y.push_back(steps.y.back());
-        steps.x.push_back(points[i].cost), steps.y.push_back(drawn(points[i]));
-    }
     double low = std::numeric_limits<double>::infinity(), high = 0;
     for (size_t i = 0; i < points.size(); ++i) {
         const CostPoint &p = points[i];
@@ -62,11 +62,12 @@ PlotPanel CostPanel(const std::string &title, const std::string &costLabel, cons
         s.mark = i < 26 ? std::string(1, static_cast<char>('a' + i)) : std::to_string(i + 1);
         s.label = s.mark + "  " + p.method;
         s.style = PlotStyle::Points;
-        s.x = {p.cost}, s.y = {drawn(p)};
+        s.x = {p.cost}, s.y = {std::isfinite(p.error) ? std::clamp(p.error, best, worst) : worst};
         s.color = p.family, s.marker = p.family;
         panel.series.push_back(s);
         low = std::min(low, p.cost), high = std::max(high, p.cost);
     }
+    const PlotSeries steps = ParetoSteps(points, best, worst);
     if (!steps.x.empty())
         panel.series.push_back(steps);
     panel.x.min = low / 1.4, panel.x.max = high * 1.6;

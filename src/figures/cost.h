@@ -31,6 +31,9 @@ struct CostPoint {
 // not a number, are never among them.
 std::vector<size_t> ParetoFront(const std::vector<CostPoint> &points);
 
+// The front as steps, to be drawn. Errors are clamped to [best, worst].
+PlotSeries ParetoSteps(const std::vector<CostPoint> &points, double best, double worst);
+
 // Points with letters, named in the legend, and their front as steps. Both axes logarithmic. Errors above worst, and
 // failures, stand at worst; errors below best at best.
 PlotPanel CostPanel(const std::string &title, const std::string &costLabel, const std::string &errorLabel,

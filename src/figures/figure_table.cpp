@@ -125,6 +125,12 @@ std::span<const Chart> Charts() {
          "and errors of the place across the hair and of the distance, against all roots found in extended "
          "precision.",
          CurvesChart},
+        {"render",
+         "Relative mean squared error of pictures of shipped scenes against the seconds from the scene's "
+         "file to the "
+         "picture, by integrator, sampler, model of a fiber, and samples per pixel (along each line, "
+         "doubled).",
+         RenderChart},
     });
     return charts;
 }

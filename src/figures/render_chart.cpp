@@ -1,0 +1,204 @@
+// Relative error of renderings against the seconds that they take, by integrator, sampler, model of a fiber and samples.
+#include "core/error.h"
+#include "figures/charts.h"
+#include "figures/cost.h"
+#include "render/compare.h"
+#include "render/renderer.h"
+#include "scene/hair_models.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <spawn.h>
+#include <sys/wait.h>
+
+extern char **environ;
+
+namespace cuticle {
+
+namespace {
+
+double SecondsSince(std::chrono::steady_clock::time_point from) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count();
+}
+
+// One way to render; empty: as the scene says.
+struct Way {
+    std::string name, integrator, sampler, model;
+    int color;
+    PlotDash dash;
+};
+
+struct Rendering {
+    Image image;
+    double seconds; // from the scene's file to the picture
+};
+Rendering RenderWay(const std::string &file, const Way &way, int spp, uint64_t seed, bool quarter) {
+    const auto from = std::chrono::steady_clock::now();
+    SceneDescription description = ParseScene(file);
+    if (!way.sampler.empty())
+        description.sampler.type = way.sampler;
+    SceneOptions sceneOptions;
+    sceneOptions.materials.hairModel = way.model;
+    const Scene scene(&description, sceneOptions);
+    RenderOptions options;
+    options.spp = spp;
+    if (!way.integrator.empty())
+        options.integrator = way.integrator;
+    options.seed = seed;
+    options.progress = false;
+    // Quick is a quarter of the resolution each way, and of the samples, which are therefore asked for fourfold.
+    options.quick = quarter;
+    if (quarter)
+        options.spp = 4 * spp;
+    RenderStats stats;
+    Image image = Render(description, scene, options, &stats);
+    FlushWarnings();
+    return {std::move(image), SecondsSince(from)};
+}
+
+// A word for sh that stands for itself.
+std::string ShellWord(const std::string &text) {
+    std::string word = "'";
+    for (const char c : text)
+        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return word + "'";
+}
+
+// Runs the other renderer on the scene and reads its picture. Throws Error if it fails or leaves no picture.
+Rendering RenderPeer(const Peer &peer, const std::string &file) {
+    std::string folder = (std::filesystem::temp_directory_path() / "cuticle-peer-XXXXXX").string();
+    if (mkdtemp(folder.data()) == nullptr)
+        throw Error("cannot make a temporary folder for the peer " + peer.name);
+    struct Remover {
+        std::string folder;
+        ~Remover() {
+            std::error_code ignored;
+            std::filesystem::remove_all(folder, ignored);
+        }
+    } const remover{folder};
+    const std::string out = folder + "/picture.exr";
+    std::string command = peer.command;
+    for (const auto &[mark, text] :
+         {std::pair("{scene}", std::filesystem::absolute(file).string()), std::pair("{out}", out)})
+        for (size_t at = 0; (at = command.find(mark, at)) != std::string::npos;) {
+            const std::string word = ShellWord(text);
+            command.replace(at, std::string(mark).size(), word);
+            at += word.size();
+        }
+    const auto from = std::chrono::steady_clock::now();
+    std::string shell = "sh", option = "-c";
+    char *const words[] = {shell.data(), option.data(), command.data(), nullptr};
+    pid_t child = 0;
+    int status = 0;
+    if (posix_spawnp(&child, "sh", nullptr, nullptr, words, environ) != 0 ||
+        waitpid(child, &status, 0) != child)
+        throw Error("cannot run the peer " + peer.name + ": " + command);
+    const double seconds = SecondsSince(from);
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        throw Error("the peer " + peer.name + " failed: " + command);
+    return {ReadImage(out), seconds};
+}
+
+} // namespace
+
+FigureData RenderChart(const FigureOptions &options) {
+    // Other renderers make whole pictures; among ourselves small ones show the same, sooner.
+    const bool quarter = options.peers.empty();
+    std::vector<Way> ways = {
+        {"path", "path", "", "", 0, PlotDash::Solid},
+        {"path, random sampler", "path", "random", "", 5, PlotDash::Dashed},
+        {"directlighting", "directlighting", "", "", 1, PlotDash::Solid},
+    };
+    const int modelColors[] = {2, 3, 4, 6, 7};
+    size_t models = 0;
+    for (const std::string_view model : HairModelNames())
+        if (model != "chiang" && !options.quick)
+            ways.push_back({"path, " + std::string(model), "path", "", std::string(model),
+                            modelColors[models++ % 5], PlotDash::DashDot});
+    const std::vector<std::string> scenes = options.quick ? std::vector<std::string>{"curve-types"}
+                                                          : std::vector<std::string>{"head-wavy", "fur-ball"};
+    const std::vector<int> samples =
+        options.quick ? std::vector<int>{1, 2, 4} : std::vector<int>{1, 2, 4, 8, 16, 32};
+    const int referenceSamples = 16 * samples.back(), rounds = options.quick ? 1 : 2;
+
+    FigureData data{Table({"scene", "way", "spp", "relative_MSE", "seconds"}), {}, "", {}};
+    data.plot.width = 900, data.plot.height = 420;
+    for (const std::string &scene : scenes) {
+        const std::string file = options.scenes + "/" + scene + ".pbrt";
+        // Each model's own picture is its reference; integrators and samplers are held against path's.
+        std::vector<Image> references;
+        for (const Way &way : ways) {
+            const bool own = references.empty() || !way.model.empty();
+            references.push_back(own ? RenderWay(file, way, referenceSamples, 1, quarter).image
+                                     : references[0]);
+        }
+        const size_t n = samples.size();
+        std::vector<double> seconds(ways.size() * n, std::numeric_limits<double>::infinity()),
+            error(ways.size() * n);
+        for (int round = 0; round < rounds; ++round)
+            for (size_t w = 0; w < ways.size(); ++w)
+                for (size_t k = 0; k < n; ++k) {
+                    const Rendering r = RenderWay(file, ways[w], samples[k], 0, quarter);
+                    seconds[w * n + k] = std::min(seconds[w * n + k], r.seconds);
+                    error[w * n + k] = Compare(r.image, references[w]).relativeMSE;
+                }
+
+        PlotPanel panel;
+        panel.title = scene;
+        panel.right = 0.6;
+        panel.x = {.label = "seconds", .log = true};
+        panel.y = {.label = "relative MSE", .log = true};
+        std::vector<CostPoint> points;
+        for (size_t w = 0; w < ways.size(); ++w) {
+            PlotSeries line;
+            line.label = ways[w].name;
+            line.style = PlotStyle::LinePoints;
+            line.color = line.marker = ways[w].color;
+            line.marker %= 7;
+            line.dash = ways[w].dash;
+            for (size_t k = 0; k < n; ++k) {
+                const double s = seconds[w * n + k], e = error[w * n + k];
+                data.table.Add({scene, ways[w].name, static_cast<double>(samples[k]), e, s});
+                line.x.push_back(s), line.y.push_back(e);
+                if (ways[w].model.empty())
+                    points.push_back({ways[w].name, s, e, ways[w].color});
+            }
+            panel.series.push_back(line);
+        }
+        for (const Peer &peer : options.peers) {
+            const Rendering r = RenderPeer(peer, file);
+            const double e = Compare(r.image, references[0]).relativeMSE;
+            data.table.Add({scene, peer.name, NAN, e, r.seconds});
+            PlotSeries point;
+            point.label = PlainText(peer.name);
+            point.style = PlotStyle::Points;
+            point.x = {r.seconds}, point.y = {e};
+            points.push_back({peer.name, r.seconds, e, 0});
+            panel.series.push_back(point);
+        }
+        panel.series.push_back(ParetoSteps(points, 0, std::numeric_limits<double>::infinity()));
+        data.plot.panels.push_back(panel);
+
+        // The error of independent samples falls as 1 / spp: the slope of the logarithms, by the ends.
+        const double decades = std::log(static_cast<double>(samples.back()) / samples.front());
+        data.checks.push_back({scene + ": with random samples the exponent of the error in spp is",
+                               std::log(error[2 * n - 1] / error[n]) / decades, -1.3, -0.7});
+        data.checks.push_back({scene + ": the scene's sampler has, of the random one's error,",
+                               error[n - 1] / error[2 * n - 1], 0, 1.1});
+        data.checks.push_back(
+            {scene + ": direct light alone differs at most samples by more than path does, times",
+             error[3 * n - 1] / error[n - 1], 1, std::numeric_limits<double>::infinity()});
+    }
+    data.note = Printed("References: path at %.0f samples, another seed; each model against its own. ",
+                        referenceSamples) +
+                "The front is that of the scene's own model. Least time of " + std::to_string(rounds) +
+                (rounds == 1 ? " run." : " runs in turn.") +
+                (quarter ? " Pictures of a quarter of the scene's resolution each way." : "");
+    return data;
+}
+
+} // namespace cuticle
