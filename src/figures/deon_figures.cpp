@@ -1,5 +1,6 @@
 // The plots of d'Eon, Francois, Hill, Letteri and Aubry's "An Energy-Conserving Hair Reflectance Model" (2011).
 #include "core/color.h"
+#include "fibers/deon.h"
 #include "fibers/hair.h"
 #include "fibers/longitudinal.h"
 #include "fibers/smooth_fiber.h"
@@ -225,6 +226,105 @@ FigureData Deon05(const FigureOptions &) {
                    {"the sum over all p is 1, off by at most", off, 0, 1e-4}};
     data.note = Printed("R, TT and TRT miss up to %.1f%%", 100 * (1 - leastThree)) +
                 Printed(", at θ_i = %.1f°.", leastThreeAt);
+    return data;
+}
+
+FigureData Deon06(const FigureOptions &) {
+    DEonParameters parameters;
+    parameters.sigmaA = {0, 0, 0};
+    parameters.betaN = {25, 25, 25};
+    FigureData data{Table({"detector", "phi_deg", "N_TT_per_rad"}), {}, "", {}};
+    PlotPanel panel;
+    panel.x = {.label = "φ (degrees)", .min = -180, .max = 180, .step = 60};
+    panel.y = {.label = "N_{TT} (1/rad)", .min = 0};
+    panel.legend = "top center";
+    std::array<double, 2> atPi = {}, light = {};
+    double mean = 0;
+    for (const bool wrapped : {true, false}) {
+        parameters.detector = wrapped ? AzimuthalDetector::Wrapped : AzimuthalDetector::Nearest;
+        const DEonQuadrature<double> around(CheckedDEon(parameters));
+        const auto fiber = around.At(std::cos(0.8));
+        const auto n = [&](double phi) { return around.Value(1, fiber, phi).n[0]; };
+        PlotSeries curve;
+        curve.label = wrapped ? "Gaussian detector" : "Zinke and Weber 2007";
+        curve.dash = wrapped ? PlotDash::Solid : PlotDash::Dashed;
+        for (const double degrees : Linspace(-180, 180, 721)) {
+            data.table.Add({wrapped ? "wrapped" : "nearest", degrees, n(degrees * kDegree)});
+            curve.x.push_back(degrees), curve.y.push_back(n(degrees * kDegree));
+        }
+        panel.series.push_back(curve);
+        atPi[wrapped] = curve.y.back();
+        light[wrapped] = Integrate(-kPi<double>, kPi<double>, 4, n);
+        if (wrapped)
+            mean = Integrate(0, kPi<double> / 2, 4, [&](double gamma) {
+                return std::cos(gamma) * fiber.Attenuation(1, gamma, {0, 0, 0}, SegmentLength::Chord)[0];
+            });
+    }
+    data.plot.panels = {panel};
+    data.checks = {
+        {"at φ = π the older treatment has, of the detector's N_{TT},", atPi[0] / atPi[1], 0.4, 0.6},
+        {"the detector holds all light of TT, off by", std::abs(light[1] / mean - 1), 0, 1e-3},
+        {"the older treatment holds, of it,", light[0] / mean, 0.5, 0.99},
+    };
+    data.note = Printed("At φ = π that has %.1f%% of the light, ", 100 * atPi[0] / atPi[1]) +
+                Printed("in all %.1f%%.", 100 * light[0] / mean);
+    return data;
+}
+
+FigureData Deon08(const FigureOptions &) {
+    const Spectrum brown = HairBSDF::SigmaAFromConcentration(1.3f, 0);
+    FigureData data{Table({"beta_deg", "phi_deg", "N_R", "N_G", "N_B"}), {}, "", {}};
+    data.plot.width = 900, data.plot.height = 220;
+    PlotPanel ratio;
+    ratio.x = {.label = "φ (degrees)", .min = -180, .max = 180, .step = 60};
+    ratio.y = {.label = "N_{TT}, B / R", .min = 0, .max = 0.2, .step = 0.05};
+    ratio.legend = "bottom center";
+    std::array<std::array<double, 3>, 2> whole = {};
+    std::array<double, 2> atPi = {};
+    for (const bool rough : {false, true}) {
+        DEonParameters parameters;
+        parameters.sigmaA = brown.c;
+        parameters.betaN.fill(rough ? 25.f : 0.5f);
+        const DEonQuadrature<double> around(CheckedDEon(parameters));
+        const auto fiber = around.At(1);
+        PlotPanel strip;
+        strip.kind = PlotKind::HeatMap;
+        strip.x = {.label = "", .min = -180, .max = 180, .step = 60};
+        strip.y = {.label = rough ? "rough" : "smooth", .step = 1};
+        PlotHeatMap &map = strip.heatMap;
+        map.columns = 721, map.rows = 2, map.xMin = -180.25, map.xMax = 180.25;
+        PlotSeries curve;
+        curve.label = rough ? "β = 25°" : "β = 0.5°";
+        double brightest = 0;
+        for (const double degrees : Linspace(-180, 180, map.columns)) {
+            const std::array<double, 3> n = around.Value(1, fiber, degrees * kDegree).n;
+            data.table.Add({rough ? 25. : 0.5, degrees, n[0], n[1], n[2]});
+            map.colors.emplace_back(static_cast<float>(n[0]), static_cast<float>(n[1]),
+                                    static_cast<float>(n[2]));
+            brightest = std::max(brightest, Luminance(n));
+            // Where there is no light there is no colour.
+            curve.x.push_back(degrees), curve.y.push_back(n[0] > 1e-4 ? n[2] / n[0] : NAN);
+            for (size_t c = 0; c < 3; ++c)
+                whole[rough][c] += degrees < 180 ? n[c] : 0;
+            if (degrees == 180)
+                atPi[rough] = n[2] / n[0];
+        }
+        for (Spectrum &color : map.colors)
+            color *= static_cast<float>(1 / brightest);
+        const std::vector<Spectrum> row = map.colors; // gnuplot draws no picture of one row
+        map.colors.insert(map.colors.end(), row.begin(), row.end());
+        ratio.series.push_back(curve);
+        data.plot.panels.push_back(strip);
+    }
+    data.plot.panels.push_back(ratio);
+    data.checks = {
+        {"all around, both fibers have one colour: B / R of the rough one over that of the smooth one",
+         whole[1][2] / whole[1][0] / (whole[0][2] / whole[0][0]), 0.99, 1.01},
+        {"straight on (φ = π), the colour shifts with roughness: B / R of the rough one over that of the "
+         "smooth one",
+         atPi[1] / atPi[0], 1.02, 3},
+    };
+    data.note = Printed("Straight on, B / R is %.3f smooth ", atPi[0]) + Printed("and %.3f rough.", atPi[1]);
     return data;
 }
 

@@ -48,9 +48,17 @@ std::span<const Figure> Figures() {
          "one with "
          "p segments.",
          Deon05, ""},
-        {"deon-06", Plot, "Rough N_TT, Gaussian detector against Zinke and Weber's wrap.", nullptr, ""},
+        {"deon-06", Plot,
+         "Rough N_{TT} against φ, no absorption, θ_d = 0.8 rad, β_{TT} = 25°: the Gaussian detector, and "
+         "Zinke and Weber's "
+         "treatment of 2007 (dashed), which does not see light beyond ±π.",
+         Deon06, ""},
         {"deon-07", Diagram, "Lobes of exit azimuths for several h.", nullptr, ""},
-        {"deon-08", Plot, "Colour of N_TT around a smooth and a rough fiber.", nullptr, ""},
+        {"deon-08", Plot,
+         "Colour of N_{TT} around a nearly smooth (β = 0.5°, top) and a rough (25°, middle) brown fiber, "
+         "eumelanin 1.3, θ_d = "
+         "0; brightest luminance 1. Bottom: blue over red.",
+         Deon08, ""},
         {"deon-09", Plot,
          "Colour of D65 light through eumelanin and pheomelanin against thickness, in the unit of the RGB "
          "cross-sections. "
@@ -112,6 +120,13 @@ std::span<const Chart> Charts() {
          "error against "
          "50 digits over v from 10^{-8} to 100, and the time of a value, the least of many rounds.",
          BesselChart},
+        {"quadrature",
+         "N_p through the Gaussian detector by Gauss-Legendre rules in h, over the width as printed or over "
+         "half of it, and "
+         "by our nodes: root-mean-square error around the fiber, relative to N_p's, against the roughness "
+         "and the time; "
+         "η = 1.55, σ_a = 0.2.",
+         QuadratureChart},
         {"roots",
          "The paths through a smooth fiber that leave at a given azimuth: how far from it the light of the "
          "paths found "

@@ -9,6 +9,8 @@ namespace cuticle {
 FigureData Deon03(const FigureOptions &options);
 FigureData Deon04(const FigureOptions &options);
 FigureData Deon05(const FigureOptions &options);
+FigureData Deon06(const FigureOptions &options);
+FigureData Deon08(const FigureOptions &options);
 FigureData Deon09(const FigureOptions &options);
 
 // Pharr 2016
