@@ -120,6 +120,13 @@ std::span<const Chart> Charts() {
          "error against "
          "50 digits over v from 10^{-8} to 100, and the time of a value, the least of many rounds.",
          BesselChart},
+        {"models",
+         "Models of a fiber against the simulated fiber, free parameters fitted to it for every fiber: "
+         "root-mean-square "
+         "error of the light over the sphere, relative to the light's, mean over the fibers (round, Beckmann "
+         "roughness 0.1 "
+         "and 0.3, σ_a = 0.05 and 0.5, scales tilted by 0 and 3°).",
+         ModelsChart},
         {"quadrature",
          "N_p through the Gaussian detector by Gauss-Legendre rules in h, over the width as printed or over "
          "half of it, and "
