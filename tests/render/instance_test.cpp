@@ -137,6 +137,58 @@ TEST(Instances, WhiteHairVanishesAtEveryScale) {
     }
 }
 
+// Meshes and quadrics are stretched, which bounds of rounding errors must follow: no ray that leaves a convex solid
+// meets it again.
+TEST(Instances, SpawnedRaysLeaveTheirSolid) {
+    for (const std::string placement :
+         {"Translate 3 -2 5", "Rotate 200 0 1 1 Scale 1000 1000 1000 Translate 1 0 0",
+          "Translate 0.1 0 0 Scale 0.001 0.001 0.001",
+          "Translate 300 4 0 Rotate 10 1 0 0 Scale 0.5 -3 1 Rotate 40 0 1 1"}) {
+        SCOPED_TRACE(placement);
+        const Made ball =
+            Make("ObjectBegin \"ball\" Shape \"sphere\" ObjectEnd " + placement + " ObjectInstance \"ball\"");
+        const Bounds3f bound = ball.scene->WorldBound();
+        RNG rng(11);
+        int hits = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const auto uniform = [&] { return static_cast<float>(rng.UniformUInt32()) * 0x1p-32f; };
+            SceneRay ray;
+            ray.ray.o =
+                bound.Center() + UniformSampleSphere({uniform(), uniform()}) * bound.Diagonal().Length();
+            const Vector3f size = bound.Diagonal();
+            const Point3f to =
+                bound.pMin + Vector3f(uniform() * size.x, uniform() * size.y, uniform() * size.z);
+            ray.ray.d = Normalize(to - ray.ray.o);
+            SurfaceInteraction si;
+            if (!ball.scene->Intersect(ray, &si))
+                continue;
+            ++hits;
+            EXPECT_FALSE(ball.scene->Occluded(ball.scene->SpawnRay(si, si.wo)));
+            const Vector3f grazing = Normalize(si.shading.x + Vector3f(si.n) * 1e-3f);
+            EXPECT_FALSE(ball.scene->Occluded(ball.scene->SpawnRay(si, grazing)));
+        }
+        EXPECT_GE(hits, 500);
+    }
+}
+
+TEST(Instances, TheNearestOfManyIsFound) {
+    const Made made = Make("ObjectBegin \"ball\" Shape \"sphere\" ObjectEnd "
+                           "AttributeBegin Translate 0 0 9 ObjectInstance \"ball\" AttributeEnd "
+                           "AttributeBegin Translate 0 0 6 Scale 2 1 1 ObjectInstance \"ball\" AttributeEnd "
+                           "Translate 0 0 13 Shape \"sphere\"");
+    const auto distance = [&](float z) {
+        SceneRay ray;
+        ray.ray = {{0, 0, z}, {0, 0, 1}};
+        SurfaceInteraction si;
+        const bool hit = made.scene->Intersect(ray, &si);
+        return std::pair(hit ? si.t : Infinity, si.instance);
+    };
+    EXPECT_EQ(distance(0), std::pair(5.f, 1));
+    EXPECT_EQ(distance(7.5f), std::pair(0.5f, 0));
+    EXPECT_EQ(distance(10.5f), std::pair(1.5f, -1));
+    EXPECT_EQ(distance(14.5f).first, Infinity);
+}
+
 TEST(Instances, ATransformationWithoutInverseIsAnError) {
     EXPECT_THROW(Make("ObjectBegin \"a\" Shape \"sphere\" ObjectEnd Scale 1 0 1 ObjectInstance \"a\""),
                  Error);
