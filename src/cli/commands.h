@@ -17,6 +17,7 @@ void AddConvertCommand(CLI::App &app);
 void AddGoniometerCommand(CLI::App &app);
 void AddFigureCommand(CLI::App &app);
 void AddChartCommand(CLI::App &app);
+void AddAtlasCommand(CLI::App &app);
 void AddFeaturesCommand(CLI::App &app);
 
 } // namespace cuticle

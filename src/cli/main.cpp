@@ -25,6 +25,7 @@ static int Run(int argc, char **argv) {
     cuticle::AddFigureCommand(app);
     cuticle::AddFeaturesCommand(app);
     cuticle::AddChartCommand(app);
+    cuticle::AddAtlasCommand(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &e) {

@@ -1,0 +1,80 @@
+// cuticle atlas: maps of where the methods break.
+#include "figures/atlas.h"
+#include "cli/commands.h"
+#include "core/file.h"
+
+#include <iostream>
+#include <memory>
+
+namespace cuticle {
+
+namespace {
+
+struct AtlasArguments {
+    std::string folder = "atlas";
+    std::vector<std::string> chapters;
+    AtlasOptions options;
+};
+
+// The index as a page: a table of the faults, then all pictures.
+std::string IndexPage(const Table &index, const std::vector<AtlasMap> &maps) {
+    std::string page =
+        "# The stability atlas\n\nMeasured by `cuticle atlas`. Numbers: the worst of a map, as published and "
+        "ours; inf: no number at all in some cell. Stated: the model itself has the fault, ours too.\n\n"
+        "| fault | what | map | quantity | published | ours | state | tests |\n"
+        "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
+    for (size_t i = 0; i < index.Rows(); ++i) {
+        page += "|";
+        for (const char *column :
+             {"fault", "what", "map", "quantity", "published", "ours", "state", "tests"}) {
+            const std::string &text = index.Text(i, column);
+            page += " " + (column == std::string("map") ? "[" + text + "](" + text + ")" : text) + " |";
+        }
+        page += "\n";
+    }
+    for (const AtlasMap &map : maps)
+        page += "\n![" + map.title + "](" + map.name + ".svg)\n";
+    return page;
+}
+
+void RunAtlas(const AtlasArguments &a) {
+    std::vector<AtlasMap> maps;
+    for (const AtlasChapter &chapter : AtlasChapters()) {
+        if (!a.chapters.empty() &&
+            std::find(a.chapters.begin(), a.chapters.end(), chapter.name) == a.chapters.end())
+            continue;
+        for (AtlasMap &map : chapter.make(a.options)) {
+            WriteAtlasMap(a.folder, map);
+            std::cout << "wrote " << a.folder << "/" << map.name << ".csv, .svg, .png" << std::endl;
+            maps.push_back(std::move(map));
+        }
+    }
+    const Table index = AtlasIndex(maps);
+    WriteFileAtomically(a.folder + "/index.csv", index.Csv());
+    WriteFileAtomically(a.folder + "/index.md", IndexPage(index, maps));
+    std::cout << "wrote " << a.folder << "/index.md and index.csv\n";
+}
+
+} // namespace
+
+void AddAtlasCommand(CLI::App &app) {
+    auto a = std::make_shared<AtlasArguments>();
+    CLI::App *c = app.add_subcommand("atlas", "Map where the methods break, as published and ours.");
+    c->add_option("-o,--output", a->folder, "folder for the maps, index.md and index.csv (default: atlas)")
+        ->type_name("DIR");
+    c->add_flag("--quick", a->options.quick, "coarse maps");
+    std::vector<std::string> names;
+    for (const AtlasChapter &chapter : AtlasChapters())
+        names.emplace_back(chapter.name);
+    c->add_option("--chapter", a->chapters, "only these (default: all)")
+        ->check(CLI::IsMember(names))
+        ->type_name("NAME")
+        ->take_all();
+    c->footer("A heat map for every known fault of the published methods, and for every model over its "
+              "parameters: NaN and\n"
+              "negative values, energy, samples against density, weights, reciprocity. gnuplot draws.\n"
+              "Example: cuticle atlas -o atlas --quick");
+    c->callback([a] { RunAtlas(*a); });
+}
+
+} // namespace cuticle

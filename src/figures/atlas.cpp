@@ -1,0 +1,172 @@
+#include "figures/atlas.h"
+
+#include "core/error.h"
+#include "core/file.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+namespace cuticle {
+
+double AtlasAxis::At(size_t i) const {
+    const double x = low + (high - low) * (static_cast<double>(i) + 0.5) / static_cast<double>(cells);
+    return exponent ? std::pow(10, x) : x;
+}
+
+std::vector<double> FillMap(const AtlasAxis &x, const AtlasAxis &y,
+                            const std::function<double(double, double)> &f) {
+    std::vector<double> values(x.cells * y.cells);
+    tbb::parallel_for(size_t(0), values.size(),
+                      [&](size_t i) { values[i] = f(x.At(i % x.cells), y.At(i / x.cells)); });
+    return values;
+}
+
+double WorstOf(const std::vector<double> &values) {
+    double worst = 0;
+    for (const double v : values)
+        worst = std::isfinite(v) ? std::max(worst, std::abs(v)) : std::numeric_limits<double>::infinity();
+    return worst;
+}
+
+std::span<const AtlasFault> AtlasFaults() {
+    static const std::array faults = std::to_array<AtlasFault>({
+        {1, "I0 by ten terms of its series up to x = 12", "mended",
+         "AsPrinted.BesselSeriesIsShortAndItsLogarithmHalvesATerm I0e.AgreesWithFiftyDigits"},
+        {2, "log I0 beyond x = 12 with its second term halved", "mended",
+         "AsPrinted.BesselSeriesIsShortAndItsLogarithmHalvesATerm I0e.AgreesWithFiftyDigits"},
+        {3, "so M_p does not conserve energy", "mended",
+         "AsPrinted.MpDoesNotConserveEnergy Hair.WhiteFurnaceByQuadratureInFloat"},
+        {4, "log I0 - b - 1/v cancels in binary32", "mended", "AsPrinted.MpCancelsInBinary32 HairVectors.Mp"},
+        {5, "the sampled cosine 1 + v log(...) rounds to 1", "mended",
+         "HairModel.SampledCosineKeepsNarrowLobes"},
+        {6, "the scales' tilt applied to theta_i, after sampling", "mended",
+         "AsPrinted.TiltOfThetaILosesEnergy HairFurnace.OverTheSphere"},
+        {7, "the edge of a clear fiber is 0/0 in the last lobe", "mended", "Hair.HOnTheEdge"},
+        {8, "cos theta = 0 makes eta' infinite; the loop that wraps an angle does not end", "mended",
+         "Hair.GrazingCosThetaZero HairModel.WrapsAnglesByRounding"},
+        {9, "absorption from a reflectance of 0 is infinite, from one above 1 it grows again", "mended",
+         "HairColor.SigmaAFromReflectanceIsClamped"},
+        {10, "35 nodes of quadrature are said to suffice for N_p above 2 degrees", "mended",
+         "Atlas.ThirtyFiveNodesAreTooFew"},
+        {11, "azimuths wrapped once or not at all", "mended",
+         "Gaussian.DetectorIsTheSumOverImages HairModel.LogisticAtBetaNOneIsTrimmed"},
+        {12, "one lobe, uniform in azimuth, for all orders from 3 on", "stated",
+         "HairModel.ShareOfTheLastLobe"},
+        {13, "Marschner's cubic in place of Snell's law", "mended",
+         "RootMethods.ErrorOfTheCubic RootMethods.PolishedRootsAreExact"},
+        {14, "the width of Marschner's caustics grows without bound at eta' = 2", "stated",
+         "Marschner.GlintsAreBoundedWhereCausticsMeet"},
+        {15, "Gaussian M in theta_h returns twice the light", "mended",
+         "LongitudinalLobe.EnergyOfTheThreeForms"},
+        {16, "A_p depends on theta_o alone: not reciprocal", "stated",
+         "HairModel.AttenuationIsNotReciprocal"},
+        {17, "DemuxFloat of u = 1 overflows", "mended", "DemuxFloat.UOfOneAndBeyondStaysInside"},
+        {18,
+         "v across a curve from a point that is not the nearest; rays that leave a hair pass its neighbours",
+         "mended", "CurveSetOracle.AgreesWithAllRoots CurveSet.LeavesItsHairAndMeetsCloseNeighbours"},
+        {19, "phi recovered from a rounded direction", "mended",
+         "Hair.SampleAgreesWithFAndPdf Hair.SamplingWeights"},
+        {20, "edges of the parameters stop the program or give NaN", "mended",
+         "Hair.BetaMZeroIsADeltaCone Hair.BetaNZeroIsANarrowLogistic Hair.EtaOneReflectsNothing "
+         "Hair.EtaOneBlackFiberHasNoDirection Hair.EtaBelowOneReflectsTotally"},
+        {21, "a furnace that samples the BSDF cannot fail", "mended", "HairFurnace.OverTheSphere"},
+        {22, "DemuxFloat makes few different numbers; u = 0 gives density 0", "mended",
+         "DemuxFloat.KeepsTheBitsOfU DemuxFloat.ValuesAreSpreadWithinTheirCells "
+         "Hair.RandomNumbersAtTheEndsHaveADensity"},
+    });
+    return faults;
+}
+
+std::span<const AtlasChapter> AtlasChapters() {
+    static const std::array chapters = std::to_array<AtlasChapter>({
+        {"longitudinal", "the Bessel function, M_p, its sampling", LongitudinalMaps},
+        {"azimuthal", "N_p: quadrature, wrapping, caustics", AzimuthalMaps},
+        {"paths", "A_p, the last lobe, the cubic, reciprocity of A_p", PathMaps},
+        {"sampling", "DemuxFloat, numbers at the ends, curves", SamplingMaps},
+        {"models", "every model over its parameters", ModelMaps},
+    });
+    return chapters;
+}
+
+namespace {
+
+PlotAxis AxisOf(const AtlasAxis &axis) {
+    PlotAxis plot;
+    plot.label = axis.label + (axis.exponent ? "   (powers of 10)" : "");
+    plot.min = axis.low, plot.max = axis.high;
+    return plot;
+}
+
+PlotPanel PanelOf(const AtlasMap &map, const AtlasPanel &panel) {
+    PlotPanel plot;
+    plot.kind = PlotKind::HeatMap;
+    plot.title = panel.title;
+    plot.x = AxisOf(map.x), plot.y = AxisOf(map.y);
+    PlotHeatMap &heat = plot.heatMap;
+    heat.xMin = map.x.low, heat.xMax = map.x.high, heat.yMin = map.y.low, heat.yMax = map.y.high;
+    heat.columns = map.x.cells, heat.rows = map.y.cells;
+    heat.log = map.log, heat.min = map.min, heat.max = map.max;
+    heat.label = map.quantity;
+    heat.values = panel.values;
+    for (double &v : heat.values)
+        v = std::isfinite(v) ? std::clamp(v, map.min, map.max) : NAN;
+    return plot;
+}
+
+Table TableOf(const AtlasMap &map) {
+    std::vector<std::string> columns = {map.x.column, map.y.column};
+    for (const AtlasPanel &panel : map.panels)
+        columns.push_back(panel.title);
+    Table table(columns);
+    for (size_t i = 0; i < map.x.cells * map.y.cells; ++i) {
+        std::vector<Table::Cell> row = {map.x.At(i % map.x.cells), map.y.At(i / map.x.cells)};
+        for (const AtlasPanel &panel : map.panels)
+            row.emplace_back(panel.values[i]);
+        table.Add(row);
+    }
+    return table;
+}
+
+// Empty for 0.
+std::string FaultNumber(int row) { return row > 0 ? std::to_string(row) : ""; }
+
+} // namespace
+
+void WriteAtlasMap(const std::string &folder, const AtlasMap &map) {
+    FigureData data{TableOf(map), {}, "", {}};
+    data.plot.title = map.title;
+    data.plot.columns = static_cast<int>(map.panels.size() == 4 ? 2 : std::min<size_t>(map.panels.size(), 3));
+    data.plot.width = 480, data.plot.height = 360;
+    for (const AtlasPanel &panel : map.panels)
+        data.plot.panels.push_back(PanelOf(map, panel));
+    std::string caption = "Colour: " + map.quantity + ". White: no finite number.";
+    for (const AtlasFinding &f : map.findings)
+        caption += " " + f.quantity + ": " + Printed("%.3g", f.published) + " as published, " +
+                   Printed("%.3g", f.ours) + " ours" +
+                   (f.row > 0 ? " (fault " + FaultNumber(f.row) + ")." : ".");
+    WriteFigure(folder, map.name, caption, data);
+}
+
+Table AtlasIndex(std::span<const AtlasMap> maps) {
+    Table index({"fault", "what", "map", "quantity", "published", "ours", "state", "tests"});
+    for (const AtlasFault &fault : AtlasFaults())
+        for (const AtlasMap &map : maps)
+            for (const AtlasFinding &f : map.findings)
+                if (f.row == fault.row)
+                    index.Add({FaultNumber(f.row), fault.fault, map.name + ".svg", f.quantity,
+                               Printed("%.4g", f.published), Printed("%.4g", f.ours), fault.state,
+                               fault.tests});
+    for (const AtlasMap &map : maps)
+        for (const AtlasFinding &f : map.findings)
+            if (f.row == 0)
+                index.Add({"", map.title, map.name + ".svg", f.quantity, Printed("%.4g", f.published),
+                           Printed("%.4g", f.ours), "", ""});
+    return index;
+}
+
+} // namespace cuticle

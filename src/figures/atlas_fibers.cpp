@@ -1,0 +1,352 @@
+#include "figures/atlas_fibers.h"
+
+#include "fibers/hair_as_printed.h"
+#include "fibers/hair_model.h"
+#include "fibers/smooth_fiber.h"
+#include "figures/figure.h"
+#include "scene/hair_models.h"
+#include "scene/parser.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cuticle {
+
+namespace {
+
+constexpr double kPiD = kPi<double>;
+
+// --- the models -------------------------------------------------------------------------------------------------
+
+class AsPrinted : public AtlasFiber {
+  public:
+    AsPrinted(const FiberInputs &in, as_printed::Tilt tilt)
+        : hair_(static_cast<float>(in.h), static_cast<float>(in.eta), Spectrum(Absorption(in)),
+                static_cast<float>(in.betaM), static_cast<float>(in.betaN), static_cast<float>(in.alpha),
+                tilt) {}
+    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        const Vector3f o(wo), i(wi);
+        return ValueOf(hair_.f(o, i), i, hair_.Pdf(o, i));
+    }
+    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
+        Vector3f i;
+        float pdf = 0;
+        const Spectrum f = hair_.Sample_f(Vector3f(wo), &i,
+                                          {static_cast<float>(u[0]), static_cast<float>(u[1]),
+                                           static_cast<float>(u[2]), static_cast<float>(u[3])},
+                                          &pdf);
+        *wi = Vector3d(i);
+        return ValueOf(f, i, pdf);
+    }
+
+  private:
+    // Chiang's fit with nothing clamped.
+    static float Absorption(const FiberInputs &in) {
+        if (in.reflectance < 0)
+            return static_cast<float>(in.sigmaA);
+        const auto b = static_cast<float>(in.betaN);
+        return Sqr(std::log(static_cast<float>(in.reflectance)) /
+                   Polynomial(b, 5.969f, -0.215f, 2.532f, -10.73f, 5.574f, 0.245f));
+    }
+    static Value ValueOf(const Spectrum &f, const Vector3f &wi, float pdf) {
+        const double cosine = wi.z == 0 ? 1 : std::abs(static_cast<double>(wi.z));
+        return {{static_cast<double>(f[0]) * cosine, static_cast<double>(f[1]) * cosine,
+                 static_cast<double>(f[2]) * cosine},
+                static_cast<double>(pdf)};
+    }
+    as_printed::HairBSDF hair_;
+};
+
+// What a scene's material makes, by the model's name.
+class SceneFiber : public AtlasFiber {
+  public:
+    SceneFiber(const std::string &model, const FiberInputs &in) {
+        const auto number = [](double x) { return Printed("%.9g", x); };
+        const double shown = in.reflectance < 0 ? in.sigmaA : in.reflectance;
+        const std::string colour = " \"rgb " + std::string(in.reflectance < 0 ? "sigma_a" : "color") +
+                                   "\" [" + number(shown) + " " + number(shown) + " " + number(shown) + "]";
+        const SceneDescription scene =
+            ParseSceneText("WorldBegin\nMaterial \"hair\" \"string model\" \"" + model + "\" \"float eta\" " +
+                               number(in.eta) + " \"float beta_m\" " + number(in.betaM) +
+                               " \"float beta_n\" " + number(in.betaN) + " \"float alpha\" " +
+                               number(in.alpha) + colour + "\nShape \"sphere\"\nWorldEnd\n",
+                           "atlas");
+        const TextureTable textures(scene.floatTextures, scene.spectrumTextures);
+        material_ =
+            MakeMaterial(scene.materials[static_cast<size_t>(scene.shapes[0].state.material)], textures, {});
+        SurfaceInteraction si;
+        si.uv = {0.5f, static_cast<float>((in.h + 1) / 2)};
+        si.isCurve = true;
+        material_->MakeBSDF(si, &bsdf_);
+        bsdf_.SetFrame({}, {0, 0, 1});
+    }
+    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        float pdf = 0;
+        const Spectrum f = bsdf_.FCos(Vector3f(wo), Vector3f(wi), &pdf);
+        return {{f[0], f[1], f[2]}, pdf};
+    }
+    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
+        BSDFSample sample;
+        Spectrum weight;
+        if (!bsdf_.Sample_f(Vector3f(wo),
+                            {static_cast<float>(u[0]), static_cast<float>(u[1]), static_cast<float>(u[2]),
+                             static_cast<float>(u[3])},
+                            &sample, &weight))
+            return {{0, 0, 0}, 0};
+        *wi = Vector3d(sample.wi);
+        const double pdf = sample.pdf;
+        return {{weight[0] * pdf, weight[1] * pdf, weight[2] * pdf}, pdf};
+    }
+
+  private:
+    std::unique_ptr<Material> material_;
+    BSDF bsdf_;
+};
+
+class InDouble : public AtlasFiber {
+  public:
+    explicit InDouble(const FiberInputs &in) : hair_(ParametersOf(in)) {}
+    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        const auto value = hair_.Evaluate(wo, wi);
+        return {value.fCos, value.pdf};
+    }
+    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
+        const auto value = hair_.Sample(wo, u, wi);
+        return {value.fCos, value.pdf};
+    }
+
+  private:
+    static HairParameters ParametersOf(const FiberInputs &in) {
+        const auto f = [](double x) { return static_cast<float>(x); };
+        const float sigma =
+            in.reflectance < 0 ? f(in.sigmaA)
+                               : HairBSDF::SigmaAFromReflectance(Spectrum(f(in.reflectance)), f(in.betaN))[0];
+        return {f(in.h),     f(in.eta),   {sigma, sigma, sigma}, f(in.betaM),
+                f(in.betaN), f(in.alpha), ScaleTilt::RootToTip};
+    }
+    HairLobes<double> hair_;
+};
+
+// --- measures ---------------------------------------------------------------------------------------------------
+
+bool IsBad(const AtlasFiber::Value &value) {
+    for (const double x : {value.fCos[0], value.fCos[1], value.fCos[2], value.pdf})
+        if (!(x >= 0 && x < std::numeric_limits<double>::infinity()))
+            return true;
+    return false;
+}
+
+using Moments = std::array<double, 9>;
+// phi is relative to the viewer's.
+Moments MomentsOf(double theta, double phi) {
+    const double s = std::sin(theta);
+    return {1,
+            s,
+            s * s,
+            std::cos(phi),
+            std::sin(phi),
+            std::cos(2 * phi),
+            std::sin(2 * phi),
+            s * std::cos(phi),
+            s * std::sin(phi)};
+}
+void AddTo(Moments *sum, double weight, const Moments &m) {
+    for (size_t i = 0; i < m.size(); ++i)
+        (*sum)[i] += weight * m[i];
+}
+
+constexpr double kViewPhi = 0.7; // any
+
+struct Integrals {
+    double energy = 0, bad = 0;
+    Moments ofDensity{};
+};
+Integrals Integrate(const AtlasFiber &fiber, const FiberInputs &in, double thetaO) {
+    const ThetaRule rule = MakeThetaRule(LobePeaks(in, thetaO));
+    const double s = AzimuthalScale(std::clamp(in.betaN, 0.03, 1.));
+    const auto around = static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 128., 2048.));
+    const Vector3d wo = FiberDirection(thetaO, kViewPhi);
+    Integrals sum;
+    for (size_t i = 0; i < rule.theta.size(); ++i)
+        for (size_t j = 0; j < around; ++j) {
+            const double phi = 2 * kPiD * (static_cast<double>(j) + 0.3) / static_cast<double>(around),
+                         theta = rule.theta[i];
+            const AtlasFiber::Value value = fiber.Evaluate(wo, FiberDirection(theta, kViewPhi + phi));
+            const double area = rule.weight[i] * std::cos(theta) * 2 * kPiD / static_cast<double>(around);
+            sum.energy += area * value.fCos[1];
+            AddTo(&sum.ofDensity, area * value.pdf, MomentsOf(theta, phi));
+            sum.bad += IsBad(value) ? 1 : 0;
+        }
+    sum.bad /= static_cast<double>(rule.theta.size() * around);
+    return sum;
+}
+
+// Of a smooth fiber: exact, at h or over the width.
+double SmoothEnergy(const FiberInputs &in, double thetaO, bool overTheWidth) {
+    const SmoothFiber<double> fiber(std::cos(thetaO), std::max(in.eta, 1.0000001));
+    double sigma = in.sigmaA;
+    if (in.reflectance >= 0)
+        sigma = HairBSDF::SigmaAFromReflectance(Spectrum(static_cast<float>(in.reflectance)),
+                                                static_cast<float>(in.betaN))[0];
+    const std::array<double, 3> sigmas = {sigma, sigma, sigma};
+    const auto at = [&](double gamma) {
+        std::array<double, 3> sum = fiber.Tail(1, gamma, sigmas, SegmentLength::Chord);
+        sum[0] += fiber.Attenuation(0, gamma, sigmas, SegmentLength::Chord)[0];
+        return sum;
+    };
+    return overTheWidth ? MeanOverWidth<40, double>(at)[0] : at(std::asin(in.h))[0];
+}
+
+// True for a model that does not know h.
+bool IsFarField(const AtlasModel &model, FiberInputs in) {
+    const Vector3d wo = FiberDirection(0.2, 0), wi = FiberDirection(-0.3, 1);
+    in.h = 0.3;
+    const double one = model.At(in)->Evaluate(wo, wi).fCos[1];
+    in.h = -0.6;
+    return one == model.At(in)->Evaluate(wo, wi).fCos[1];
+}
+
+double Asymmetry(const AtlasModel &model, FiberInputs in, double thetaO, size_t offsets, size_t pairs) {
+    std::vector<std::unique_ptr<AtlasFiber>> fibers;
+    for (size_t k = 0; k < offsets; ++k) {
+        in.h = offsets == 1 ? in.h : 2 * (static_cast<double>(k) + 0.5) / static_cast<double>(offsets) - 1;
+        fibers.push_back(model.At(in));
+    }
+    const Vector3d wo = FiberDirection(thetaO, kViewPhi);
+    double sum = 0, count = 0;
+    for (size_t k = 0; k < pairs; ++k) {
+        Vector3d wi;
+        if (!(fibers[k % offsets]->Sample(wo, EvenlySpread(k), &wi).pdf > 0))
+            continue;
+        double there = 0, back = 0;
+        for (const auto &fiber : fibers) {
+            there += fiber->Evaluate(wo, wi).fCos[1] / std::hypot(wi.y, wi.z);
+            back += fiber->Evaluate(wi, wo).fCos[1] / std::hypot(wo.y, wo.z);
+        }
+        if (!(there + back > 0))
+            continue;
+        sum += std::abs(there - back) / (there + back);
+        ++count;
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+} // namespace
+
+std::vector<AtlasModel> AtlasModels() {
+    std::vector<AtlasModel> models = {{"chiang as printed", [](const std::string &, const FiberInputs &in) {
+                                           return PrintedFiber(in, true);
+                                       }}};
+    for (const std::string_view name : HairModelNames())
+        models.push_back({std::string(name),
+                          [](const std::string &model, const FiberInputs &in) -> std::unique_ptr<AtlasFiber> {
+                              return std::make_unique<SceneFiber>(model, in);
+                          }});
+    models.push_back(
+        {"chiang in double", [](const std::string &, const FiberInputs &in) -> std::unique_ptr<AtlasFiber> {
+             return std::make_unique<InDouble>(in);
+         }});
+    return models;
+}
+
+std::unique_ptr<AtlasFiber> PrintedFiber(const FiberInputs &inputs, bool tiltOnThetaI) {
+    return std::make_unique<AsPrinted>(inputs, tiltOnThetaI ? as_printed::Tilt::OnThetaI
+                                                            : as_printed::Tilt::OnThetaO);
+}
+
+Vector3d FiberDirection(double theta, double phi) {
+    return {std::sin(theta), std::cos(theta) * std::cos(phi), std::cos(theta) * std::sin(phi)};
+}
+
+// Roberts' sequence: powers of the root of x^5 = x + 1.
+std::array<double, 4> EvenlySpread(size_t i) {
+    constexpr double root = 1.1673039782614187;
+    std::array<double, 4> u;
+    double step = 1;
+    for (double &x : u) {
+        step /= root;
+        x = std::min(std::fmod(0.5 + step * static_cast<double>(i + 1), 1.), 1 - 0x1p-24);
+    }
+    return u;
+}
+
+ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks) {
+    std::vector<double> edges;
+    for (int k = -8; k <= 8; ++k)
+        edges.push_back(k * kPiD / 16);
+    for (const ThetaPeak &peak : peaks)
+        for (const double d : {0., 1., 2.5, 5., 10., 20.})
+            for (const double edge : {peak.centre - d * peak.width, peak.centre + d * peak.width})
+                if (std::abs(edge) < kPiD / 2)
+                    edges.push_back(edge);
+    std::sort(edges.begin(), edges.end());
+    const GaussLegendreRule &gauss = GaussLegendre(5);
+    ThetaRule rule;
+    for (size_t i = 1; i < edges.size(); ++i) {
+        const double half = (edges[i] - edges[i - 1]) / 2;
+        if (half < 1e-9)
+            continue;
+        for (size_t k = 0; k < gauss.x.size(); ++k) {
+            rule.theta.push_back(edges[i - 1] + half * (1 + gauss.x[k]));
+            rule.weight.push_back(half * gauss.w[k]);
+        }
+    }
+    return rule;
+}
+
+std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
+    const std::array<double, kLobes> v = LongitudinalVariance(std::clamp(inputs.betaM, 0., 1.));
+    std::vector<ThetaPeak> peaks;
+    for (size_t p = 0; p < kLobes; ++p) {
+        const double tilted = thetaO + static_cast<double>(kTiltInAlpha[p]) * inputs.alpha * kPiD / 180;
+        peaks.push_back({-std::asin(std::sin(tilted)), std::sqrt(v[p])});
+    }
+    return peaks;
+}
+
+FiberFaults MeasureFiber(const AtlasModel &model, const FiberInputs &inputs, double thetaO, bool quick) {
+    const std::unique_ptr<AtlasFiber> fiber = model.At(inputs);
+    const bool farField = IsFarField(model, inputs);
+    const Integrals integrals = Integrate(*fiber, inputs, thetaO);
+    FiberFaults faults{};
+    faults.energy = std::abs(integrals.energy - SmoothEnergy(inputs, thetaO, farField));
+
+    const Vector3d wo = FiberDirection(thetaO, kViewPhi);
+    const size_t n = quick ? 1024 : 4096;
+    Moments ofSamples{};
+    double bad = 0;
+    for (size_t k = 0; k < n; ++k) {
+        Vector3d wi;
+        const AtlasFiber::Value value = fiber->Sample(wo, EvenlySpread(k), &wi);
+        bad += IsBad(value) ? 1 : 0;
+        if (!(value.pdf > 0))
+            continue;
+        AddTo(&ofSamples, 1 / static_cast<double>(n),
+              MomentsOf(std::atan2(wi.x, std::hypot(wi.y, wi.z)), std::atan2(wi.z, wi.y) - kViewPhi));
+        for (const double f : value.fCos)
+            faults.weight = std::max(faults.weight, f / value.pdf);
+    }
+    faults.bad = std::max(integrals.bad, bad / static_cast<double>(n));
+    for (size_t m = 0; m < ofSamples.size(); ++m) {
+        const double difference = std::abs(ofSamples[m] - integrals.ofDensity[m]);
+        if (!(difference <= faults.disagreement))
+            faults.disagreement = difference;
+    }
+    faults.asymmetry = Asymmetry(model, inputs, thetaO, farField ? 1 : 32, quick ? 16 : 48);
+    return faults;
+}
+
+double EnergyByQuadrature(const AtlasFiber &fiber, const FiberInputs &inputs, double thetaO) {
+    return Integrate(fiber, inputs, thetaO).energy;
+}
+double EnergyBySamples(const AtlasFiber &fiber, double thetaO, size_t n) {
+    double sum = 0;
+    for (size_t k = 0; k < n; ++k) {
+        Vector3d wi;
+        const AtlasFiber::Value value = fiber.Sample(FiberDirection(thetaO, kViewPhi), EvenlySpread(k), &wi);
+        sum += value.pdf > 0 ? value.fCos[1] / value.pdf : 0;
+    }
+    return sum / static_cast<double>(n);
+}
+
+} // namespace cuticle
