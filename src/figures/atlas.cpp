@@ -97,8 +97,11 @@ namespace {
 
 PlotAxis AxisOf(const AtlasAxis &axis) {
     PlotAxis plot;
-    plot.label = axis.label + (axis.exponent ? "   (powers of 10)" : "");
+    plot.label = axis.label;
     plot.min = axis.low, plot.max = axis.high;
+    plot.exponents = axis.exponent;
+    if (axis.exponent && axis.high - axis.low > 2)
+        plot.step = axis.high - axis.low > 6 ? 2 : 1;
     return plot;
 }
 
@@ -106,6 +109,7 @@ PlotPanel PanelOf(const AtlasMap &map, const AtlasPanel &panel) {
     PlotPanel plot;
     plot.kind = PlotKind::HeatMap;
     plot.title = panel.title;
+    plot.right = 0.78; // room for the colour scale's label
     plot.x = AxisOf(map.x), plot.y = AxisOf(map.y);
     PlotHeatMap &heat = plot.heatMap;
     heat.xMin = map.x.low, heat.xMax = map.x.high, heat.yMin = map.y.low, heat.yMax = map.y.high;

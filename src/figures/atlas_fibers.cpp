@@ -163,8 +163,8 @@ struct Integrals {
 };
 Integrals Integrate(const AtlasFiber &fiber, const FiberInputs &in, double thetaO) {
     const ThetaRule rule = MakeThetaRule(LobePeaks(in, thetaO));
-    const double s = AzimuthalScale(std::clamp(in.betaN, 0.03, 1.));
-    const auto around = static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 128., 2048.));
+    const double s = AzimuthalScale(std::clamp(in.betaN, 0.05, 1.));
+    const auto around = static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 96., 700.));
     const Vector3d wo = FiberDirection(thetaO, kViewPhi);
     Integrals sum;
     for (size_t i = 0; i < rule.theta.size(); ++i)
@@ -198,7 +198,8 @@ double SmoothEnergy(const FiberInputs &in, double thetaO, bool overTheWidth) {
 }
 
 // True for a model that does not know h.
-bool IsFarField(const AtlasModel &model, FiberInputs in) {
+bool IsFarField(const AtlasModel &model) {
+    FiberInputs in;
     const Vector3d wo = FiberDirection(0.2, 0), wi = FiberDirection(-0.3, 1);
     in.h = 0.3;
     const double one = model.At(in)->Evaluate(wo, wi).fCos[1];
@@ -246,6 +247,8 @@ std::vector<AtlasModel> AtlasModels() {
         {"chiang in double", [](const std::string &, const FiberInputs &in) -> std::unique_ptr<AtlasFiber> {
              return std::make_unique<InDouble>(in);
          }});
+    for (AtlasModel &model : models)
+        model.farField = IsFarField(model);
     return models;
 }
 
@@ -270,22 +273,31 @@ std::array<double, 4> EvenlySpread(size_t i) {
     return u;
 }
 
-ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks) {
+ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPanel) {
     std::vector<double> edges;
-    for (int k = -8; k <= 8; ++k)
-        edges.push_back(k * kPiD / 16);
+    for (int k = -4; k <= 4; ++k)
+        edges.push_back(k * kPiD / 8);
     for (const ThetaPeak &peak : peaks)
-        for (const double d : {0., 1., 2.5, 5., 10., 20.})
+        for (const double d : {0., 1.3, 3., 6., 15.})
             for (const double edge : {peak.centre - d * peak.width, peak.centre + d * peak.width})
                 if (std::abs(edge) < kPiD / 2)
                     edges.push_back(edge);
     std::sort(edges.begin(), edges.end());
-    const GaussLegendreRule &gauss = GaussLegendre(5);
+    // Edges of several peaks that crowd together are one
+    double narrowest = kPiD;
+    for (const ThetaPeak &peak : peaks)
+        narrowest = std::min(narrowest, peak.width);
+    std::vector<double> apart = {edges.front()};
+    for (const double edge : edges)
+        if (edge - apart.back() > 0.4 * narrowest || edge == edges.back())
+            apart.push_back(edge);
+    edges = apart;
+    const GaussLegendreRule &gauss = GaussLegendre(nodesInAPanel);
     ThetaRule rule;
     for (size_t i = 1; i < edges.size(); ++i) {
         const double half = (edges[i] - edges[i - 1]) / 2;
         if (half < 1e-9)
-            continue;
+            continue; // two peaks' edges in one place
         for (size_t k = 0; k < gauss.x.size(); ++k) {
             rule.theta.push_back(edges[i - 1] + half * (1 + gauss.x[k]));
             rule.weight.push_back(half * gauss.w[k]);
@@ -306,10 +318,9 @@ std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
 
 FiberFaults MeasureFiber(const AtlasModel &model, const FiberInputs &inputs, double thetaO, bool quick) {
     const std::unique_ptr<AtlasFiber> fiber = model.At(inputs);
-    const bool farField = IsFarField(model, inputs);
     const Integrals integrals = Integrate(*fiber, inputs, thetaO);
     FiberFaults faults{};
-    faults.energy = std::abs(integrals.energy - SmoothEnergy(inputs, thetaO, farField));
+    faults.energy = std::abs(integrals.energy - SmoothEnergy(inputs, thetaO, model.farField));
 
     const Vector3d wo = FiberDirection(thetaO, kViewPhi);
     const size_t n = quick ? 1024 : 4096;
@@ -332,7 +343,7 @@ FiberFaults MeasureFiber(const AtlasModel &model, const FiberInputs &inputs, dou
         if (!(difference <= faults.disagreement))
             faults.disagreement = difference;
     }
-    faults.asymmetry = Asymmetry(model, inputs, thetaO, farField ? 1 : 32, quick ? 16 : 48);
+    faults.asymmetry = Asymmetry(model, inputs, thetaO, model.farField ? 1 : 32, quick ? 16 : 48);
     return faults;
 }
 

@@ -31,6 +31,7 @@ class AtlasFiber {
 struct AtlasModel {
     std::string name;
     std::unique_ptr<AtlasFiber> (*make)(const std::string &name, const FiberInputs &inputs);
+    bool farField = false; // does not know h
     std::unique_ptr<AtlasFiber> At(const FiberInputs &inputs) const { return make(name, inputs); }
 };
 // Chiang's as Pharr printed it, then every name that a scene may give its hair, then ours in double.
@@ -53,7 +54,7 @@ struct ThetaRule {
 struct ThetaPeak {
     double centre, width;
 };
-ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks);
+ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPanel = 5);
 // The peaks of the four longitudinal lobes for a viewer at thetaO.
 std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO);
 

@@ -72,7 +72,7 @@ AtlasMap BesselMap(const AtlasOptions &o) {
 template <typename T>
 double MassError(bool published, double betaM, double thetaO) {
     const T v = LongitudinalVariance(static_cast<T>(betaM))[0];
-    const ThetaRule rule = MakeThetaRule({{-thetaO, std::sqrt(static_cast<double>(v))}});
+    const ThetaRule rule = MakeThetaRule({{-thetaO, std::sqrt(static_cast<double>(v))}}, 16);
     const T sinO = static_cast<T>(std::sin(thetaO)), cosO = static_cast<T>(std::cos(thetaO));
     double sum = 0;
     for (size_t i = 0; i < rule.theta.size(); ++i) {
@@ -150,7 +150,7 @@ AtlasMap GaussianMap(const AtlasOptions &o) {
             const double thetaO = theta * kDegree, width = beta * kDegree;
             const LongitudinalLobe<double> lobe(form, width, 0);
             const cuticle::Inclination<double> view{std::sin(thetaO), std::cos(thetaO)};
-            const ThetaRule rule = MakeThetaRule({{-thetaO, width}});
+            const ThetaRule rule = MakeThetaRule({{-thetaO, width}}, 16);
             double sum = 0;
             for (size_t i = 0; i < rule.theta.size(); ++i)
                 sum += rule.weight[i] * std::cos(rule.theta[i]) *

@@ -1,4 +1,4 @@
-// The atlas: every model that a scene may name, over planes of its parameters. Faults 6, 8, 9, 20, 21 and what is a model's own.
+// The atlas: every model that a scene may name, over planes of its parameters. Faults 6, 7, 8, 20, 21 and what is a model's own.
 #include "figures/atlas.h"
 #include "figures/atlas_fibers.h"
 
@@ -30,11 +30,12 @@ double NinesOf(double x) { return x >= kLastDigit ? 1 : 1 - std::pow(10, -x); }
 
 std::vector<Plane> Planes(const AtlasOptions &o) {
     const size_t n = o.quick ? 5 : 12, m = o.quick ? 5 : 11;
+    const double indexStep = 1.5 / static_cast<double>(n - 1);
     const AtlasAxis theta = {"θ_o (degrees)", "theta_o_deg", -90, 90, m};
     return {
         {"beta-theta",
          "β_m = β_n",
-         {"β_m = β_n", "beta", -1.5, 0, n, true},
+         {"β_m = β_n", "beta", -1.25, 0, n, true},
          theta,
          [](double x, double y, FiberInputs *in, double *t) { in->betaM = in->betaN = x, *t = y; }},
         {"h-theta",
@@ -49,7 +50,7 @@ std::vector<Plane> Planes(const AtlasOptions &o) {
          [](double x, double y, FiberInputs *in, double *t) { in->alpha = x, *t = y; }},
         {"eta-theta",
          "index of refraction",
-         {"η", "eta", 1, 2.5, n},
+         {"η; first cell: 1", "eta", 1 - indexStep / 2, 2.5 + indexStep / 2, n},
          theta,
          [](double x, double y, FiberInputs *in, double *t) { in->eta = x, *t = y; }},
         {"sigma-theta",
@@ -60,7 +61,7 @@ std::vector<Plane> Planes(const AtlasOptions &o) {
         {"reflectance-beta",
          "reflectance",
          {"reflectance; below 0.1: 0", "reflectance", 0, 1.2, 12},
-         {"β_n", "beta_n", -1.5, 0, m, true},
+         {"β_n", "beta_n", -1.25, 0, m, true},
          [](double x, double y, FiberInputs *in, double *t) {
              in->reflectance = x < 0.1 ? 0 : x, in->betaN = y, *t = 30;
          }},
@@ -119,7 +120,6 @@ int FaultOf(const std::string &plane, const std::string &measure) {
         return 0;
     return plane == "edge-sigma"                       ? 7
            : plane == "grazing-h"                      ? 8
-           : plane == "reflectance-beta"               ? 9
            : plane == "smooth" || plane == "eta-theta" ? 20
                                                        : 0;
 }

@@ -1,4 +1,5 @@
-// The atlas: what is lost on the way through the fiber. Faults 7, 8, 12, 13, 16.
+// The atlas: what is lost on the way through the fiber. Faults 7, 8, 9, 12, 13, 16.
+#include "fibers/hair.h"
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/atlas.h"
@@ -196,11 +197,36 @@ AtlasMap AttenuationReciprocityMap(const AtlasOptions &o) {
     return map;
 }
 
+AtlasMap ReflectanceMap(const AtlasOptions &o) {
+    AtlasMap map;
+    map.name = "reflectance",
+    map.title = "Absorption from a reflectance: Chiang's fit as it stands, and clamped";
+    map.quantity = "σ_a";
+    map.x = {"reflectance; first cell: 0", "reflectance", 0, 1.4, 28};
+    map.y = {"β_n", "beta_n", 0, 1, Cells(o)};
+    map.min = 1e-5, map.max = 10;
+    const auto printed = [](double c, double b) {
+        return Sqr(std::log(c < 0.05 ? 0 : c) / Polynomial(b, 5.969, -0.215, 2.532, -10.73, 5.574, 0.245));
+    };
+    const auto ours = [](double c, double b) {
+        const Spectrum colour(c < 0.05 ? 0.f : static_cast<float>(c));
+        return static_cast<double>(HairBSDF::SigmaAFromReflectance(colour, static_cast<float>(b))[0]);
+    };
+    map.panels = {{"published", FillMap(map.x, map.y, printed)}, {"ours", FillMap(map.x, map.y, ours)}};
+    map.findings = {{9, "sigma_a of reflectance 0 at beta_n 0.3", printed(0, 0.3), ours(0, 0.3)},
+                    {9, "sigma_a of reflectance 1.4 at beta_n 0.3", printed(1.4, 0.3), ours(1.4, 0.3)}};
+    return map;
+}
+
 } // namespace
 
 std::vector<AtlasMap> PathMaps(const AtlasOptions &options) {
-    return {EdgeMap(options), GrazingMap(options), LastLobeMap(options), CubicMap(options),
-            AttenuationReciprocityMap(options)};
+    return {EdgeMap(options),
+            GrazingMap(options),
+            LastLobeMap(options),
+            CubicMap(options),
+            AttenuationReciprocityMap(options),
+            ReflectanceMap(options)};
 }
 
 } // namespace cuticle

@@ -176,7 +176,10 @@ std::string AxisText(const char *name, const PlotAxis &axis) {
     // Less than three decades: plain numbers.
     const bool plain = !axis.log || (axis.min && axis.max && *axis.max / *axis.min < 1e3);
     std::string text = std::string(axis.log ? "set" : "unset") + " logscale " + name + "\nset format " +
-                       name + (plain ? " '%g'\n" : " '10^{%T}'\n");
+                       name +
+                       (axis.exponents ? " '10^{%g}'\n"
+                        : plain        ? " '%g'\n"
+                                       : " '10^{%T}'\n");
     text += std::string("set ") + name + "range " + AxisRange(axis) + "\n";
     text += std::string("set ") + name + "tics nomirror out scale 0.6,0.3 " +
             (!plain || (!axis.log && axis.step <= 0) ? "autofreq"

@@ -45,6 +45,8 @@ struct PlotAxis {
     bool log = false;
     std::optional<double> min = {}, max = {};
     double step = 0;
+    bool exponents =
+        false; // the numbers along the axis are exponents of 10, and shown as such (not with log)
 };
 
 // A straight reference line across the panel: x = at (vertical) or y = at.

@@ -1,0 +1,144 @@
+// The stability atlas: its table is whole, its named tests exist, and the cliffs of a coarse run are where they belong.
+#include "figures/atlas.h"
+
+#include "figures/atlas_fibers.h"
+#include "scene/hair_models.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace cuticle {
+namespace {
+
+std::string AllTestSources() {
+    std::string text;
+    for (const auto &entry :
+         std::filesystem::recursive_directory_iterator(std::string(CUTICLE_SOURCE_DIR) + "/tests"))
+        if (entry.path().extension() == ".cpp") {
+            std::ifstream file(entry.path());
+            text.append(std::istreambuf_iterator<char>(file), {});
+        }
+    return text;
+}
+
+TEST(Atlas, EveryFaultIsListedOnceWithTestsThatExist) {
+    const std::string sources = AllTestSources();
+    int row = 0;
+    for (const AtlasFault &fault : AtlasFaults()) {
+        EXPECT_EQ(fault.row, ++row);
+        EXPECT_TRUE(fault.state == std::string("mended") || fault.state == std::string("stated"));
+        std::istringstream tests(fault.tests);
+        int count = 0;
+        for (std::string name; tests >> name; ++count) {
+            const std::string inSource =
+                name.substr(0, name.find('.')) + ", " + name.substr(name.find('.') + 1) + ")";
+            EXPECT_NE(sources.find("(" + inSource), std::string::npos) << name << " of fault " << row;
+        }
+        EXPECT_GT(count, 0) << row;
+    }
+    EXPECT_EQ(row, 22);
+}
+
+const std::vector<AtlasMap> &RoutineMaps() {
+    static const std::vector<AtlasMap> maps = [] {
+        AtlasOptions quick;
+        quick.quick = true;
+        std::vector<AtlasMap> all;
+        for (const auto make : {LongitudinalMaps, PathMaps, SamplingMaps})
+            for (AtlasMap &map : make(quick))
+                all.push_back(std::move(map));
+        return all;
+    }();
+    return maps;
+}
+// The findings of a fault in the coarse maps of routines, in order.
+std::vector<AtlasFinding> FindingsOf(int row) {
+    std::vector<AtlasFinding> findings;
+    for (const AtlasMap &map : RoutineMaps())
+        for (const AtlasFinding &f : map.findings)
+            if (f.row == row)
+                findings.push_back(f);
+    return findings;
+}
+
+TEST(Atlas, MapsAreWhole) {
+    std::set<std::string> names;
+    for (const AtlasMap &map : RoutineMaps()) {
+        EXPECT_TRUE(names.insert(map.name).second) << map.name;
+        EXPECT_FALSE(map.findings.empty()) << map.name;
+        for (const AtlasPanel &panel : map.panels)
+            EXPECT_EQ(panel.values.size(), map.x.cells * map.y.cells) << map.name;
+    }
+}
+
+// As published beyond the bound, ours within it: both, or the map shows nothing.
+TEST(Atlas, Cliffs) {
+    const struct {
+        int row;
+        size_t finding;
+        double published, ours;
+    } cliffs[] = {
+        {1, 0, 0.02, 1e-6},  {2, 0, 0.005, 1e-6}, {3, 0, 0.003, 1e-6}, {4, 0, 1, 1e-6},
+        {5, 0, 0.9, 1e-6},   {7, 0, 1e9, 1e-6},   {8, 0, 0.9, 1e-5},   {8, 1, 1e7, 3.2},
+        {9, 0, 1e9, 5},      {9, 1, 1e-3, 1e-9},  {13, 0, 1, 1e-6},    {15, 0, 0.9, 1e-8},
+        {18, 0, 1e-3, 1e-6}, {18, 1, 0.2, 1e-9},  {19, 0, 5e-3, 1e-5}, {22, 2, 0.1, 1e-9},
+    };
+    for (const auto &c : cliffs) {
+        const std::vector<AtlasFinding> findings = FindingsOf(c.row);
+        ASSERT_LT(c.finding, findings.size()) << c.row;
+        const AtlasFinding &f = findings[c.finding];
+        std::printf("fault %d, %s: %.3g as published, %.3g ours\n", c.row, f.quantity.c_str(), f.published,
+                    f.ours);
+        EXPECT_GT(f.published, c.published) << c.row << f.quantity;
+        EXPECT_LE(f.ours, c.ours) << c.row << f.quantity;
+    }
+    EXPECT_GE(FindingsOf(17)[0].published, 1);
+    EXPECT_LT(FindingsOf(17)[0].ours, 1);
+    EXPECT_NEAR(FindingsOf(16)[0].ours, 0.49, 0.01);
+    EXPECT_GT(FindingsOf(12)[0].ours, 0.1); // stated: ours has it too
+}
+
+// Every model that a scene may name is measured; none of ours gives NaN, and white hair by Chiang's returns all light.
+TEST(Atlas, EveryModelIsMeasured) {
+    const std::vector<AtlasModel> models = AtlasModels();
+    ASSERT_EQ(models.size(), HairModelNames().size() + 2);
+    FiberInputs in;
+    for (size_t m = 0; m < models.size(); ++m) {
+        const FiberFaults faults = MeasureFiber(models[m], in, 1.2, true);
+        std::printf("%s: bad %.3g, energy off %.3g, samples off %.3g, weight %.3g, asymmetry %.3g\n",
+                    models[m].name.c_str(), faults.bad, faults.energy, faults.disagreement, faults.weight,
+                    faults.asymmetry);
+        EXPECT_EQ(faults.bad, 0) << models[m].name;
+        if (m == kPrintedModel) {
+            EXPECT_GT(faults.energy, 1e-3);
+            EXPECT_GT(faults.disagreement, 0.04);
+        } else {
+            EXPECT_LT(faults.disagreement, 0.03) << models[m].name; // 1024 samples
+        }
+    }
+    EXPECT_LT(MeasureFiber(models[kOurModel], in, 0.5, true).energy, 1e-6);
+    // At the edge of a clear fiber the printed formulas give NaN.
+    in.h = 1;
+    EXPECT_GT(MeasureFiber(models[kPrintedModel], in, 0.5, true).bad, 0.5);
+    EXPECT_EQ(MeasureFiber(models[kOurModel], in, 0.5, true).bad, 0);
+}
+
+TEST(Atlas, ThirtyFiveNodesAreTooFew) {
+    AtlasOptions quick;
+    quick.quick = true;
+    for (const AtlasMap &map : AzimuthalMaps(quick))
+        for (const AtlasFinding &f : map.findings)
+            if (f.row == 10) {
+                std::printf("%s: %.3g, %.3g\n", f.quantity.c_str(), f.published, f.ours);
+                EXPECT_GT(f.published, 0.1) << f.quantity;
+                EXPECT_LT(f.ours, f.published / 2) << f.quantity;
+            }
+}
+
+} // namespace
+} // namespace cuticle
