@@ -100,7 +100,7 @@ PlotAxis AxisOf(const AtlasAxis &axis) {
     plot.label = axis.label;
     plot.min = axis.low, plot.max = axis.high;
     plot.exponents = axis.exponent;
-    if (axis.exponent && axis.high - axis.low > 2)
+    if (axis.exponent && axis.high - axis.low >= 1.25)
         plot.step = axis.high - axis.low > 6 ? 2 : 1;
     return plot;
 }
@@ -145,14 +145,18 @@ void WriteAtlasMap(const std::string &folder, const AtlasMap &map) {
     FigureData data{TableOf(map), {}, "", {}};
     data.plot.title = map.title;
     data.plot.columns = static_cast<int>(map.panels.size() == 4 ? 2 : std::min<size_t>(map.panels.size(), 3));
-    data.plot.width = 480, data.plot.height = 360;
+    data.plot.width = map.panels.size() == 1 ? 800 : 480; // a title needs room
+    data.plot.height = 360;
     for (const AtlasPanel &panel : map.panels)
         data.plot.panels.push_back(PanelOf(map, panel));
     std::string caption = "Colour: " + map.quantity + ". White: no finite number.";
-    for (const AtlasFinding &f : map.findings)
-        caption += " " + f.quantity + ": " + Printed("%.3g", f.published) + " as published, " +
-                   Printed("%.3g", f.ours) + " ours" +
-                   (f.row > 0 ? " (fault " + FaultNumber(f.row) + ")." : ".");
+    for (const AtlasFinding &f : map.findings) {
+        caption += " " + PlainText(f.quantity) + ": " + Printed("%.3g", f.published);
+        if (f.row > 0)
+            caption +=
+                " as published, " + Printed("%.3g", f.ours) + " ours (fault " + FaultNumber(f.row) + ")";
+        caption += ".";
+    }
     WriteFigure(folder, map.name, caption, data);
 }
 

@@ -98,9 +98,9 @@ struct Measure {
 };
 constexpr std::array kMeasures = std::to_array<Measure>({
     {"bad", "NaN, infinite and negative values", "share of values", &FiberFaults::bad, false, 0, 1},
-    {"energy", "Energy", "error, of the light that comes in", &FiberFaults::energy, true, 1e-7, 1},
-    {"disagreement", "Samples against density", "largest difference of moments", &FiberFaults::disagreement,
-     true, 1e-4, 1},
+    {"energy", "Energy", "energy error", &FiberFaults::energy, true, 1e-7, 1},
+    {"disagreement", "Samples against density", "difference of moments", &FiberFaults::disagreement, true,
+     1e-4, 1},
     {"weight", "Worst weight of a sample", "f |cos| / pdf", &FiberFaults::weight, true, 1e-2, 1e2},
     {"reciprocity", "Non-reciprocity", "mean |S - S'| / (S + S')", &FiberFaults::asymmetry, true, 1e-4, 1},
 });
@@ -158,11 +158,11 @@ std::vector<AtlasMap> MapsOfPlane(const Plane &plane, const std::vector<AtlasMod
         }
         const double printed = WorstOf(map.panels[kPrintedModel].values);
         map.findings.push_back({FaultOf(plane.name, measure.name),
-                                std::string("chiang, largest: ") + measure.quantity, printed,
+                                std::string("chiang, worst ") + measure.quantity, printed,
                                 WorstOf(map.panels[kOurModel].values)});
         for (size_t m = kOurModel + 1; m < models.size(); ++m) {
             const double worst = WorstOf(map.panels[m].values);
-            map.findings.push_back({0, models[m].name + ", largest: " + measure.quantity, worst, worst});
+            map.findings.push_back({0, models[m].name + ", worst " + measure.quantity, worst, worst});
         }
         maps.push_back(std::move(map));
     }
