@@ -100,8 +100,9 @@ PlotAxis AxisOf(const AtlasAxis &axis) {
     plot.label = axis.label;
     plot.min = axis.low, plot.max = axis.high;
     plot.exponents = axis.exponent;
-    if (axis.exponent && axis.high - axis.low >= 1.25)
-        plot.step = axis.high - axis.low > 6 ? 2 : 1;
+    const double decades = axis.high - axis.low;
+    if (axis.exponent)
+        plot.step = decades > 6 ? 2 : decades > 2 ? 1 : 0.5;
     return plot;
 }
 

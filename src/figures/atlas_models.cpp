@@ -30,7 +30,6 @@ double NinesOf(double x) { return x >= kLastDigit ? 1 : 1 - std::pow(10, -x); }
 
 std::vector<Plane> Planes(const AtlasOptions &o) {
     const size_t n = o.quick ? 5 : 12, m = o.quick ? 5 : 11;
-    const double indexStep = 1.5 / static_cast<double>(n - 1);
     const AtlasAxis theta = {"θ_o (degrees)", "theta_o_deg", -90, 90, m};
     return {
         {"beta-theta",
@@ -50,7 +49,7 @@ std::vector<Plane> Planes(const AtlasOptions &o) {
          [](double x, double y, FiberInputs *in, double *t) { in->alpha = x, *t = y; }},
         {"eta-theta",
          "index of refraction",
-         {"η; first cell: 1", "eta", 1 - indexStep / 2, 2.5 + indexStep / 2, n},
+         {"η", "eta", 1.2, 2.5, n},
          theta,
          [](double x, double y, FiberInputs *in, double *t) { in->eta = x, *t = y; }},
         {"sigma-theta",
@@ -79,6 +78,13 @@ std::vector<Plane> Planes(const AtlasOptions &o) {
          [](double x, double y, FiberInputs *in, double *t) {
              in->h = y, *t = 90 - (x >= kLastDigit ? 0 : std::pow(10, -x) / kDegree);
          }},
+        {"eta-one",
+         "a fiber that does not refract, η = 1",
+         {"σ_a", "sigma_a", -2, 4, 12, true},
+         {"offset h", "h", -1, 1, m},
+         [](double x, double y, FiberInputs *in, double *t) {
+             in->eta = 1, in->sigmaA = x, in->h = y, *t = 30;
+         }},
         {"smooth",
          "smooth fibers",
          {"β_m; first cell: 0", "beta_m", -5, 0, 10, true},
@@ -105,10 +111,10 @@ constexpr std::array kMeasures = std::to_array<Measure>({
     {"reciprocity", "Non-reciprocity", "mean |S - S'| / (S + S')", &FiberFaults::asymmetry, true, 1e-4, 1},
 });
 
-// The smooth plane's lobes are narrower than its quadrature: only NaN, weights and the like are measured there.
+// At the edges lobes are narrower than the quadrature: only NaN and weights are measured there.
 bool IsMeasured(const Plane &plane, const Measure &measure) {
-    const bool edges = plane.name == std::string("smooth") || plane.name == std::string("grazing-h") ||
-                       plane.name == std::string("edge-sigma");
+    const bool edges = plane.name == std::string("smooth") || plane.name == std::string("eta-one") ||
+                       plane.name == std::string("grazing-h") || plane.name == std::string("edge-sigma");
     return !edges || measure.name == std::string("bad") || measure.name == std::string("weight");
 }
 
@@ -118,10 +124,10 @@ int FaultOf(const std::string &plane, const std::string &measure) {
         return 6;
     if (measure != "bad")
         return 0;
-    return plane == "edge-sigma"                       ? 7
-           : plane == "grazing-h"                      ? 8
-           : plane == "smooth" || plane == "eta-theta" ? 20
-                                                       : 0;
+    return plane == "edge-sigma"                     ? 7
+           : plane == "grazing-h"                    ? 8
+           : plane == "smooth" || plane == "eta-one" ? 20
+                                                     : 0;
 }
 
 std::vector<AtlasMap> MapsOfPlane(const Plane &plane, const std::vector<AtlasModel> &models, bool quick) {

@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/sampling.h"
 #include "fibers/every_kernel.h"
+#include "fibers/fiber_simulator.h"
 #include "fibers/hair.h"
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
@@ -333,6 +334,50 @@ TEST(HairVectorsColor, SigmaAFromReflectance) {
                        HairBSDF::SigmaAFromReflectance(Spectrum(static_cast<float>(v.At(i, "reflectance"))),
                                                        static_cast<float>(v.At(i, "beta_n")))[0],
                        "sigma_a");
+}
+
+// Another seed and fewer rays agree with the table within its error bars: Bonferroni over all cells, significance 0.01.
+TEST(SimulatorVectors, AnotherSeedAgrees) {
+    std::ifstream file(std::string(CUTICLE_SOURCE_DIR) + "/tests/vectors/simulator.json");
+    const nlohmann::json json = nlohmann::json::parse(file);
+    const double all = json.at("samples"), samples = 40000, degree = kPi<double> / 180;
+    std::vector<FiberHistogram> histograms;
+    for (const nlohmann::json &f : json.at("fibers")) {
+        FiberDescription fiber;
+        fiber.eta = f.at("eta"), fiber.sigmaA = {f.at("sigma_a")};
+        fiber.alpha = f.value("alpha", 0.) * degree, fiber.axisRatio = f.value("axis_ratio", 1.);
+        fiber.roughnessU = fiber.roughnessV = f.value("roughness", 0.);
+        if (f.value("distribution", "") == "ggx")
+            fiber.distribution = MicrofacetDistribution::GGX;
+        FiberLight light;
+        light.theta = f.at("theta_i").get<double>() * degree, light.phi = f.value("phi_i", 0.) * degree;
+        FiberMeasurement measurement;
+        measurement.samples = static_cast<uint64_t>(samples), measurement.seed = 2, measurement.orders = 3;
+        measurement.cells = {8, 12, true};
+        histograms.push_back(SimulateFiber(fiber, light, measurement));
+    }
+    const double larger = std::sqrt(1 + all / samples); // than the table's, the error of the difference
+    int tested = 0;
+    double worst = 0, squares = 0;
+    const auto compare = [&](double value, double expected, double error, const std::string &what) {
+        const double z = std::abs(value - expected) / (error * larger);
+        ++tested, squares += z * z;
+        worst = std::max(worst, z);
+        EXPECT_LT(z, 4.7) << what; // 0.01 / 4000
+    };
+    for (const nlohmann::json &row : json.at("rows")) {
+        const double density = row[4], error = row[5];
+        if (density < 20 * error)
+            continue; // of fewer than about 400 rays: not yet normal in ours
+        const FiberHistogram &histogram = histograms.at(row[0]);
+        compare(histogram.Density(row[1], 0, row[2], row[3]), density, error, row.dump());
+    }
+    for (const nlohmann::json &row : json.at("energies"))
+        compare(histograms.at(row[0]).Albedo(row[1], 0), row[2], row[3], row.dump());
+    std::printf("%d values, worst %.2f standard deviations, mean square %.3f\n", tested, worst,
+                squares / tested);
+    EXPECT_GT(tested, 200);
+    EXPECT_NEAR(squares / tested, 1, 0.4);
 }
 
 } // namespace
