@@ -51,7 +51,7 @@ std::span<const AtlasFault> AtlasFaults() {
          "Hair.GrazingCosThetaZero HairModel.WrapsAnglesByRounding"},
         {9, "absorption from a reflectance of 0 is infinite, from one above 1 it grows again", "mended",
          "HairColor.SigmaAFromReflectanceIsClamped"},
-        {10, "35 nodes of quadrature are said to suffice for N_p above 2 degrees", "mended",
+        {10, "35 nodes of quadrature are said to suffice for N_p above 2 degrees", "stated",
          "Atlas.ThirtyFiveNodesAreTooFew"},
         {11, "azimuths wrapped once or not at all", "mended",
          "Gaussian.DetectorIsTheSumOverImages HairModel.LogisticAtBetaNOneIsTrimmed"},
