@@ -54,6 +54,17 @@ struct AtlasMap {
 // Computes f(x, y) in every cell with all threads.
 std::vector<double> FillMap(const AtlasAxis &x, const AtlasAxis &y,
                             const std::function<double(double, double)> &f);
+// Four panels by f(T(), published, x, y), T double and float: both methods in both precisions.
+template <typename F>
+std::vector<AtlasPanel> FourPanels(const AtlasMap &map, F f) {
+    const auto fill = [&](auto type, bool published) {
+        return FillMap(map.x, map.y, [&](double x, double y) { return f(type, published, x, y); });
+    };
+    return {{"published, double", fill(double(), true)},
+            {"published, float", fill(float(), true)},
+            {"ours, double", fill(double(), false)},
+            {"ours, float", fill(float(), false)}};
+}
 // The largest value; infinity if a cell holds no finite number.
 double WorstOf(const std::vector<double> &values);
 

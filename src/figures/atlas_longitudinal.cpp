@@ -22,18 +22,6 @@ double RelativeError(double value, long double exact) {
     return std::abs(static_cast<double>((static_cast<long double>(value) - exact) / exact));
 }
 
-// Fills four panels by f<T>(published, x, y): both methods in both precisions.
-template <typename F>
-std::vector<AtlasPanel> FourPanels(const AtlasMap &map, F f) {
-    return {
-        {"published, double",
-         FillMap(map.x, map.y, [&](double x, double y) { return f(double(), true, x, y); })},
-        {"published, float",
-         FillMap(map.x, map.y, [&](double x, double y) { return f(float(), true, x, y); })},
-        {"ours, double", FillMap(map.x, map.y, [&](double x, double y) { return f(double(), false, x, y); })},
-        {"ours, float", FillMap(map.x, map.y, [&](double x, double y) { return f(float(), false, x, y); })}};
-}
-
 // As M_p uses it: a = cos^2 theta / v.
 AtlasMap BesselMap(const AtlasOptions &o) {
     AtlasMap map;

@@ -74,13 +74,7 @@ AtlasMap EdgeMap(const AtlasOptions &) {
                                   : OurPath<T>(static_cast<T>(std::cos(theta)), h, s).tail;
         return ErrorOf(static_cast<double>(value), exact);
     };
-    const auto fill = [&](auto type, bool published) {
-        return FillMap(map.x, map.y, [=](double x, double y) { return error(type, published, x, y); });
-    };
-    map.panels = {{"published, double", fill(double(), true)},
-                  {"published, float", fill(float(), true)},
-                  {"ours, double", fill(double(), false)},
-                  {"ours, float", fill(float(), false)}};
+    map.panels = FourPanels(map, error);
     map.findings = {{7, "largest error of A_3, float (inf: NaN)", WorstOf(map.panels[1].values),
                      WorstOf(map.panels[3].values)}};
     return map;
@@ -105,13 +99,7 @@ AtlasMap GrazingMap(const AtlasOptions &o) {
                                   : OurPath<T>(static_cast<T>(std::sin(away)), h, sigma).transmitted;
         return ErrorOf(static_cast<double>(value), exact) / static_cast<double>(exact);
     };
-    const auto fill = [&](auto type, bool published) {
-        return FillMap(map.x, map.y, [=](double x, double y) { return error(type, published, x, y); });
-    };
-    map.panels = {{"published, double", fill(double(), true)},
-                  {"published, float", fill(float(), true)},
-                  {"ours, double", fill(double(), false)},
-                  {"ours, float", fill(float(), false)}};
+    map.panels = FourPanels(map, error);
     // The loop that wraps by whole turns stands still where a turn is less than half a unit in the last place.
     double stuck = 1;
     while (static_cast<float>(stuck) - 2 * static_cast<float>(kPi<double>) != static_cast<float>(stuck))
