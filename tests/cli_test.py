@@ -322,6 +322,16 @@ class CommandLine(unittest.TestCase):
         self.fails("goniometer", "--samples", "10", "-o", "missing/a.csv", says="missing/a.csv")
         self.fails("goniometer", "--samples", "10", "--channel", "1", "-o", "a.csv", says="--channel must be below")
 
+    def test_atlas(self):
+        self.ok("atlas", "--quick", "--chapter", "paths", "-o", "maps")
+        index = (self.path / "maps" / "index.csv").read_text().splitlines()
+        self.assertEqual(index[0], "fault,what,map,quantity,published,ours,state,tests")
+        self.assertEqual({line.split(",")[0] for line in index[1:]}, {"7", "8", "9", "12", "13", "16"})
+        for ending in ["csv", "svg", "png"]:
+            self.assertTrue((self.path / "maps" / f"edge.{ending}").stat().st_size > 1000, ending)
+        self.assertIn("![", (self.path / "maps" / "index.md").read_text())
+        self.fails("atlas", "--quick", "--chapter", "paths", "-o", "scene.pbrt/maps", says="scene.pbrt/maps")
+
     def test_interrupt_writes_what_there_is(self):
         process = subprocess.Popen([PROGRAM, "render", "scene.pbrt", "--spp", "10000000", "-o", "a.exr"], cwd=self.path,
                                    stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
