@@ -58,7 +58,9 @@ ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPane
 // The peaks of the four longitudinal lobes for a viewer at thetaO.
 std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO);
 
-// What goes wrong with one fiber seen from thetaO (radians).
+// What goes wrong with one fiber seen from thetaO (radians). The quadrature's own error of the energy is below 1e-6 for
+// lobes that are smooth around the fiber, 3e-5 at the kink of the trimmed logistic for beta_n near 1; samples' moments have
+// a noise of about 4e-3 (quick: 2e-2).
 struct FiberFaults {
     double bad; // share of values and samples with NaN, infinite or negative numbers
     double
