@@ -154,10 +154,9 @@ void WriteAtlasMap(const std::string &folder, const AtlasMap &map) {
     std::string caption = "Colour: " + map.quantity + ". White: no finite number.";
     for (const AtlasFinding &f : map.findings) {
         caption += " " + PlainText(f.quantity) + ": " + Printed("%.3g", f.published);
-        if (f.row > 0)
-            caption +=
-                " as published, " + Printed("%.3g", f.ours) + " ours (fault " + FaultNumber(f.row) + ")";
-        caption += ".";
+        if (f.row > 0 || f.ours != f.published)
+            caption += " as published, " + Printed("%.3g", f.ours) + " ours";
+        caption += f.row > 0 ? " (fault " + FaultNumber(f.row) + ")." : ".";
     }
     WriteFigure(folder, map.name, caption, data);
 }
