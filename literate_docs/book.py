@@ -259,7 +259,8 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             if not (self.folder_of(chapter) / f"{stem}.svg").exists():
                 raise BookError(chapter, line, f"`cuticle {kind} {argument}` made no {stem}.svg: {output[-200:]}")
             self.copied.append((chapter, f"{stem}.svg"))
-            block = (f'<figure class="plot"><img src="figures/{Path(chapter).stem}-{stem}.svg" alt="{html.escape(words[-1])}">'
+            picture = self.figure_name(chapter, f"{stem}.svg")
+            block = (f'<figure class="plot"><img src="figures/{picture}" alt="{html.escape(words[-1])}">'
                      f"<figcaption>{html.escape(words[-1])} <code>cuticle {kind} {argument}</code></figcaption></figure>")
         return "\n```{=html}\n" + self.hold(block) + "\n```\n" + "\n" * max(0, match[0].count("\n") - 4)
 
@@ -328,7 +329,11 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         if not (self.folder_of(chapter) / name).exists():
             raise BookError(chapter, self.line_of(chapter, "run:" + name), f"no command of this chapter wrote the picture {name}")
         self.copied.append((chapter, name))
-        return f'src="figures/{Path(chapter).stem}-{name}"'
+        return f'src="figures/{self.figure_name(chapter, name)}"'
+
+    @staticmethod
+    def figure_name(chapter, name):
+        return f"{Path(chapter).stem}-{name.replace('/', '-')}"
 
     def line_of(self, chapter, words):
         text = (self.root / chapter).read_text(encoding="utf-8")
@@ -497,7 +502,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         (self.out / "search-index.js").write_text(self.search_index(), encoding="utf-8")
         (self.out / "figures").mkdir(exist_ok=True)
         for chapter, name in self.copied:
-            shutil.copy(self.folder_of(chapter) / name, self.out / "figures" / f"{Path(chapter).stem}-{name}")
+            shutil.copy(self.folder_of(chapter) / name, self.out / "figures" / self.figure_name(chapter, name))
         css = next((Path(p) for p in KATEX_CSS if Path(p).exists()), None)
         fonts = next((Path(p) for p in KATEX_FONTS if Path(p).exists()), None)
         if not css or not fonts:
