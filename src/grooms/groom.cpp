@@ -316,6 +316,13 @@ void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &opt
     AppendSegments(points, widths, joined, out);
 }
 
+void CheckSegmentCount(size_t segments) {
+    if (segments > kMostSegments)
+        throw Error("the strands make " + std::to_string(segments) +
+                    " curve segments; a scene holds at most " + std::to_string(kMostSegments) +
+                    ": use fewer strands or segments");
+}
+
 size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options) {
     if (options.segmentsPerStrand > 0)
         return groom.StrandCount() * static_cast<size_t>(options.segmentsPerStrand);

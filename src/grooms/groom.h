@@ -89,6 +89,12 @@ void AppendSegments(std::span<const Point3f> points, std::span<const float> widt
 void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &options,
                     std::vector<BezierSegment> *out);
 
+// A scene holds no more: the accelerator counts curve segments in 27 bits.
+inline constexpr size_t kMostSegments = (size_t(1) << 27) - 1;
+
+// Throws Error where there are more.
+void CheckSegmentCount(size_t segments);
+
 // So many pieces come from a groom whose strands all have points and no coincident ones: what to reserve.
 size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options);
 

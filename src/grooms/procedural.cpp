@@ -582,6 +582,7 @@ std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params) {
 
 Groom MakeGroom(const GroomParams &params) {
     const std::unique_ptr<StrandSource> source = MakeStrandSource(params);
+    CheckSegmentCount(source->StrandCount() * (source->PointsPerStrand() - 1));
     return source->Range(0, source->StrandCount());
 }
 

@@ -322,6 +322,7 @@ class Scene::Builder {
         GroupColors *colors = groom.hasColor ? &scene_.strandColors_[group] : nullptr;
         std::vector<CurveSegment> &segments = curves->segments;
         const size_t needed = segments.size() + ExpectedSegments(groom, options);
+        CheckSegmentCount(needed);
         if (needed > segments.capacity()) // exact for one groom, geometric for many
             segments.reserve(std::max(needed, segments.size() + segments.size() / 2));
         if (colors) {

@@ -3,6 +3,8 @@
 #include "render/renderer.h"
 
 #include "core/error.h"
+#include "grooms/hair_file.h"
+#include "grooms/procedural.h"
 
 #include <gtest/gtest.h>
 
@@ -94,6 +96,9 @@ struct Row {
 } // namespace
 
 TEST_F(BadInput, IsRefusedAtItsPlace) {
+    GroomParams many = MakeGroomParams("ball", "");
+    many.strands = 14000, many.segments = 1;
+    WriteHairFile((folder_ / "many.hair").string(), MakeGroom(many));
     const Row rows[] = {
         // Numbers
         {"Film \"image\" \"integer xresolution\" 1e999", "", "3:36: error: the number 1e999 is out of range"},
@@ -186,6 +191,10 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
         {"", "Shape \"hairfile\" \"string filename\" \"nowhere.hair\"", " (used at test.pbrt:5:1)"},
         {"", "Shape \"groom\" \"integer strands\" 2000000000", "5:1: error: "},
         {"", "Shape \"groom\" \"integer strands\" -1", "5:1: error: "},
+        {"", "Shape \"groom\" \"integer strands\" 4000000 \"integer segments\" 1000",
+         "5:1: error: there would be 4000000000 curve segments"},
+        {"", "Shape \"hairfile\" \"string filename\" \"many.hair\" \"integer segments\" 10000",
+         "5:1: error: there would be 140000001 curve segments"},
         {"", "Shape \"groomhead\" \"float spacing\" 1e-30", "5:1: error: the spacing"},
         {"", "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0]", "5:1: error: Shape \"curve\""},
         {"", "Scale 1e38 1 1 Shape \"curve\" \"point P\" [3e38 0 0 3e38 0 0 2 0 0 3 0 0]",
