@@ -8,7 +8,8 @@ namespace cuticle {
 //> Find edges and cells on the sphere
 double SphereCells::ThetaEdge(size_t row) const {
     const double t = 2 * static_cast<double>(row) / static_cast<double>(rows) - 1;
-    return equalSolidAngle ? std::asin(std::clamp(t, -1., 1.)) : t * kPi<double> / 2;
+    return equalSolidAngle ? std::asin(std::clamp(t, -1., 1.))
+                           : middle + t * (kPi<double> / 2 + (t < 0 ? middle : -middle));
 }
 double SphereCells::SolidAngle(size_t row) const {
     return (std::sin(ThetaEdge(row + 1)) - std::sin(ThetaEdge(row))) * 2 * kPi<double> /
@@ -19,7 +20,8 @@ static size_t CellIn(double t, size_t n) { // of t in [0, 1]
     return std::min(n - 1, static_cast<size_t>(std::max(0., t * static_cast<double>(n))));
 }
 size_t SphereCells::RowOf(double theta) const {
-    return CellIn(equalSolidAngle ? (std::sin(theta) + 1) / 2 : theta / kPi<double> + 0.5, rows);
+    const double reach = kPi<double> / 2 + (theta < middle ? middle : -middle);
+    return CellIn(((equalSolidAngle ? std::sin(theta) : (theta - middle) / reach) + 1) / 2, rows);
 }
 size_t SphereCells::ColumnOf(double phi) const {
     const double turns = phi / (2 * kPi<double>)+0.5;

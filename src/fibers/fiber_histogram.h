@@ -15,6 +15,7 @@ namespace cuticle {
 struct SphereCells {
     size_t rows = 180, columns = 360;
     bool equalSolidAngle = false;
+    double middle = 0; // rows of equal theta, half of them below it and half above; |middle| < pi/2
 
     size_t Count() const { return rows * columns; }
     double ThetaEdge(size_t row) const; // row = 0 ... rows

@@ -480,24 +480,5 @@ double FiberWidth(const FiberDescription &fiber, double phi) {
     return 2 * HalfWidth(1 / std::sqrt(fiber.axisRatio), std::sqrt(fiber.axisRatio), phi - fiber.rotation);
 }
 
-//> Fill a table
-FiberTable TabulateFiber(const FiberDescription &fiber, const std::vector<double> &theta,
-                         const std::vector<double> &phi, const std::vector<double> &h,
-                         const FiberMeasurement &measurement) {
-    FiberTable table = {theta, phi, h, {}};
-    for (const double t : theta)
-        for (const double p : phi)
-            for (size_t i = 0; i < std::max<size_t>(1, h.size()); ++i) {
-                FiberLight light = {t, p, {}};
-                if (!h.empty())
-                    light.h = h[i];
-                FiberMeasurement m = measurement; // no two entries see the same random numbers
-                m.seed = MixBits(measurement.seed + table.entries.size());
-                table.entries.push_back(SimulateFiber(fiber, light, m));
-            }
-    return table;
-}
-//<
-
 } // namespace cuticle
 //<

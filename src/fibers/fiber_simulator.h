@@ -27,6 +27,8 @@ struct FiberDescription {
     std::vector<double> medullaSigmaA;
     double medullaSigmaS = 0;
     double medullaG = 0; // mean cosine, (-1, 1)
+
+    bool operator==(const FiberDescription &) const = default;
 };
 //<
 
@@ -57,21 +59,6 @@ FiberHistogram SimulateFiber(const FiberDescription &fiber, const FiberLight &li
 
 // The width that the fiber shows to light from azimuth phi, in radii: 2 for a circle.
 double FiberWidth(const FiberDescription &fiber, double phi);
-//<
-
-//> Tabulate a fiber
-// Histograms for a grid of directions of light (and of h; without any: far field), h fastest, theta slowest: the data of
-// a sampled BSDF. Of a circular section only differences of phi matter: give phi = {0}.
-struct FiberTable {
-    std::vector<double> theta, phi, h;
-    std::vector<FiberHistogram> entries;
-    const FiberHistogram &At(size_t iTheta, size_t iPhi, size_t iH = 0) const {
-        return entries[(iTheta * phi.size() + iPhi) * std::max<size_t>(1, h.size()) + iH];
-    }
-};
-FiberTable TabulateFiber(const FiberDescription &fiber, const std::vector<double> &theta,
-                         const std::vector<double> &phi, const std::vector<double> &h,
-                         const FiberMeasurement &measurement);
 //<
 
 } // namespace cuticle

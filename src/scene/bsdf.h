@@ -6,6 +6,7 @@
 #include "fibers/hair.h"
 #include "fibers/kajiya_kay.h"
 #include "fibers/marschner.h"
+#include "fibers/tabulated.h"
 
 #include <variant>
 
@@ -176,7 +177,7 @@ class BSDF {
     Normal3f n_;
     Spectrum scale_{1};
     std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF, MarschnerBSDF, DEonBSDF,
-                 TabulatedDEonBSDF>
+                 TabulatedDEonBSDF, TabulatedBSDF>
         model_;
 };
 

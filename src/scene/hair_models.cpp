@@ -97,6 +97,19 @@ float AzimuthalWidth(float betaN) {
     return 180 / std::sqrt(3.f) * AzimuthalScale(std::clamp(betaN, 0.f, 1.f));
 }
 
+// The azimuth of the section's first axis, which the strand carries, in the local frame, radians.
+float AxisOf(const SurfaceInteraction &si) {
+    return std::atan2(Dot(si.strandNormal, Vector3f(si.shading.z)), Dot(si.strandNormal, si.shading.y));
+}
+
+// Whether any of these parameters is a texture.
+bool Varies(const ParamSet &params, std::initializer_list<std::string_view> names) {
+    return std::any_of(names.begin(), names.end(), [&](std::string_view name) {
+        const Param *p = params.Find(name);
+        return p && p->type == ParamType::Texture;
+    });
+}
+
 constexpr std::array<std::string_view, 2> kLengths = {"chord", "printed"};
 
 // "marschner". Own parameters: Table 1's, angles in degrees of theta_h; Kd; and the choices of MarschnerParameters by name.
@@ -138,8 +151,7 @@ class MarschnerMaterial : public Material {
             p.kd = kd_->Evaluate(point).c;
         if (eccentricity_) {
             p.eccentricity = eccentricity_->Evaluate(point);
-            p.axis = Degrees(
-                std::atan2(Dot(si.strandNormal, Vector3f(si.shading.z)), Dot(si.strandNormal, si.shading.y)));
+            p.axis = Degrees(AxisOf(si));
         }
         bsdf->SetFiber<MarschnerBSDF>(p);
     }
@@ -183,10 +195,8 @@ class DEonMaterial : public Material {
         for (size_t p = 0; p < 3; ++p)
             azimuth_[p] = OwnFloat(params, textures, kAzimuth[p]);
         const int evaluation = ChoiceOf<int>(params, "evaluation", kEvaluations);
-        bool varies = false;
-        for (const char *name : {"sigma_a", "color", "reflectance", "eumelanin", "pheomelanin", "eta",
-                                 "beta_n", "azimuth_R", "azimuth_TT", "azimuth_TRT"})
-            varies |= params.Find(name) && params.Find(name)->type == ParamType::Texture;
+        const bool varies = Varies(params, {"sigma_a", "color", "reflectance", "eumelanin", "pheomelanin",
+                                            "eta", "beta_n", "azimuth_R", "azimuth_TT", "azimuth_TRT"});
         if (evaluation == 1 && (near_ || varies))
             throw Error(
                 params.Find("evaluation")->loc,
@@ -228,6 +238,79 @@ class DEonMaterial : public Material {
     std::shared_ptr<const DEonTable> table_;
 };
 
+// "tabulated". Own parameters: the roughness of the surface, roughness_u along and roughness_v across the fiber, and its
+// distribution; eccentricity, second over first axis of the section; a medulla; samples, rays for each direction of the
+// viewer. Derived: the surface is as rough as makes its reflection as wide as the default model's R (a slope turns
+// light by twice its angle, and Beckmann's slopes deviate by roughness / sqrt(2)).
+//
+// A table has the scene's absorptions as its levels, or, where the colour varies, steps of sqrt(2). Everything else must be the
+// same on the whole hair.
+class TabulatedMaterial : public Material {
+  public:
+    TabulatedMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &)
+        : color_(params, textures) {
+        const HairShape shape(params, textures);
+        const auto number = [&](const char *name, float value) {
+            if (const Param *p = params.Find(name); p && p->type == ParamType::Texture)
+                throw Error(p->loc, "the model \"tabulated\" needs one number for \"" + std::string(name) +
+                                        "\", the same on the whole hair, not a texture");
+            return params.FindFloat(name, value);
+        };
+        const float eta = number("eta", shape.eta->Evaluate({})),
+                    alpha = number("alpha", shape.alpha->Evaluate({}));
+        betaN_ = number("beta_n", shape.betaN->Evaluate({}));
+        const float betaM = std::clamp(number("beta_m", shape.betaM->Evaluate({})), 0.f, 1.f);
+        FiberDescription fiber;
+        fiber.eta = eta, fiber.alpha = Radians(alpha);
+        fiber.roughnessU =
+            number("roughness_u", std::min(1.f, std::sqrt(LongitudinalVariance(betaM)[0] / 2)));
+        fiber.roughnessV =
+            number("roughness_v", std::min(1.f, Radians(AzimuthalWidth(betaN_)) / std::sqrt(2.f)));
+        fiber.distribution = ChoiceOf<MicrofacetDistribution>(
+            params, "distribution", std::array<std::string_view, 2>{"beckmann", "ggx"});
+        fiber.axisRatio = number("eccentricity", 1);
+        fiber.medullaRatio = number("medulla_ratio", 0);
+        fiber.medullaSigmaS = number("medulla_sigma_s", 0), fiber.medullaG = number("medulla_g", 0);
+        fiber.sigmaA = Levels(params);
+        const int samples = params.FindInt("samples", 16384);
+        if (samples < 1 || samples > 100'000'000)
+            throw Error(params.Find("samples")->loc,
+                        "\"samples\" must be 1 to 100 million, not " + std::to_string(samples));
+        eccentric_ = fiber.axisRatio != 1;
+        try {
+            table_ = FiberTable::Cached(fiber, static_cast<uint64_t>(samples));
+        } catch (const Error &e) { // from another thread, which knows no place
+            throw Error(params.loc, Reason(e));
+        }
+    }
+    bool WantsStrandNormals() const override { return eccentric_; }
+
+    void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const override {
+        bsdf->SetFiber<TabulatedBSDF>(table_.get(), color_.SigmaA({si.p, si.uv, si.strandColors}, betaN_),
+                                      eccentric_ ? AxisOf(si) : 0);
+    }
+
+  private:
+    std::vector<double> Levels(const ParamSet &params) const {
+        std::vector<double> levels;
+        if (Varies(params, {"sigma_a", "color", "reflectance", "eumelanin", "pheomelanin"})) {
+            levels.push_back(0);
+            for (int i = 0; i <= 16; ++i)
+                levels.push_back(0.05 * std::pow(2., i / 2.));
+        } else {
+            for (const float sigma : color_.SigmaA({}, betaN_).c)
+                levels.push_back(double(std::min(sigma, 1e18f)));
+            std::sort(levels.begin(), levels.end());
+            levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
+        }
+        return levels;
+    }
+    HairColor color_;
+    float betaN_ = 0;
+    bool eccentric_ = false;
+    std::shared_ptr<const FiberTable> table_;
+};
+
 using Maker = std::unique_ptr<Material> (*)(const ParamSet &, const TextureTable &, const MaterialOptions &);
 
 template <class M>
@@ -235,9 +318,9 @@ std::unique_ptr<Material> Make(const ParamSet &p, const TextureTable &t, const M
     return std::make_unique<M>(p, t, o);
 }
 
-constexpr std::string_view kNames[] = {"chiang", "kajiya-kay", "marschner", "deon"};
+constexpr std::string_view kNames[] = {"chiang", "kajiya-kay", "marschner", "deon", "tabulated"};
 constexpr Maker kMakers[] = {Make<HairMaterial>, Make<KajiyaKayMaterial>, Make<MarschnerMaterial>,
-                             Make<DEonMaterial>};
+                             Make<DEonMaterial>, Make<TabulatedMaterial>};
 static_assert(std::size(kNames) == std::size(kMakers));
 
 } // namespace

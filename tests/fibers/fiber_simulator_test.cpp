@@ -572,7 +572,7 @@ TEST(FiberSimulator, TheSeedDecidesNotTheThreads) {
 }
 
 // Cuts, cells and table agree with the densities of single cells.
-TEST(FiberSimulator, CutsAndTables) {
+TEST(FiberSimulator, CutsAndCells) {
     FiberDescription fiber;
     fiber.roughnessU = fiber.roughnessV = 0.3;
     for (const bool equal : {false, true}) {
@@ -601,12 +601,6 @@ TEST(FiberSimulator, CutsAndTables) {
         EXPECT_DOUBLE_EQ(plane.value[59 - 7], h.Density(1, 0, 7, 50));
         EXPECT_DOUBLE_EQ(plane.angle[59 - 7], kPi<double> - cells.Theta(7));
     }
-    FiberMeasurement m;
-    m.samples = 500, m.cells = {4, 8};
-    const FiberTable table = TabulateFiber(fiber, {0, 0.5}, {0, 1, 2}, {-0.5, 0.5}, m);
-    EXPECT_EQ(table.entries.size(), 12u);
-    EXPECT_EQ(&table.At(1, 2, 1), &table.entries[11]);
-    EXPECT_EQ(TabulateFiber(fiber, {0, 0.5}, {0}, {}, m).entries.size(), 2u);
 }
 
 // The near field, averaged over h, is the far field.

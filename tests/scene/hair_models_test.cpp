@@ -89,6 +89,34 @@ TEST(HairModels, EccentricFibersAskForTheStrandsAxis) {
     EXPECT_EQ(valueAt("", {0, 1, 0}), valueAt("", {0, 0, 1}));
 }
 
+// A table is of one fiber; its colour alone may vary. What a fiber cannot be is an error at the material's place.
+TEST(HairModels, TablesAreOfOneFiber) {
+    const std::string tabulated = "\"string model\" \"tabulated\" \"integer samples\" 64 ";
+    const auto message = [&](const std::string &parameters, const std::string &textures) {
+        try {
+            const SceneDescription scene =
+                ParseSceneText("WorldBegin\n" + textures + "Material \"hair\" " + tabulated + parameters +
+                                   "\nShape \"sphere\"\nWorldEnd\n",
+                               "scene.pbrt");
+            const TextureTable table(scene.floatTextures, scene.spectrumTextures);
+            MakeMaterial(scene.materials[static_cast<size_t>(scene.shapes[0].state.material)], table, {});
+        } catch (const Error &e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    const std::string texture = "Texture \"t\" \"float\" \"constant\" \"float value\" 0.3\n";
+    EXPECT_EQ(message("\"texture eumelanin\" \"t\"", texture), "");
+    EXPECT_NE(
+        message("\"texture beta_m\" \"t\"", texture).find("error: the model \"tabulated\" needs one number"),
+        std::string::npos);
+    EXPECT_NE(message("\"float eta\" 20", "").find("scene.pbrt:2:1: error: a fiber's index"),
+              std::string::npos)
+        << message("\"float eta\" 20", "");
+    EXPECT_NE(message("\"string distribution\" \"gggx\"", "").find("Did you mean \"ggx\"?"),
+              std::string::npos);
+}
+
 // A parameter of another model is reported as without use.
 TEST(HairModels, ForeignParametersWarn) {
     SetStrictWarnings(true);
