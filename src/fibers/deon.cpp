@@ -63,17 +63,29 @@ std::array<T, 3> DEonQuadrature<T>::Tail(const Inside &fiber) const {
 }
 //<
 //> See a ray through the detector
-// Rays at h and -h leave at Phi and -Phi.
+// The logistic's scale for a standard deviation.
+template <typename T>
+T LogisticScale(T deviation) {
+    return deviation * std::sqrt(T(3)) / kPi<T>;
+}
+// Rays at h and -h leave at Phi and -Phi. Deviation is also how samples are distributed about a ray.
+template <typename T>
+T DEonQuadrature<T>::Deviation(T beta, T x) const {
+    if (parameters.detector != AzimuthalDetector::Logistic)
+        return GaussianDetector(beta, x);
+    const T s = LogisticScale(beta);
+    return Logistic(std::abs(WrapAngle(x)), s) / (1 - LogisticTail(s));
+}
 template <typename T>
 T DEonQuadrature<T>::Seen(T beta, T phi, T turn) const {
-    if (parameters.detector == AzimuthalDetector::Wrapped)
-        return (GaussianDetector(beta, phi - turn) + GaussianDetector(beta, phi - Other(turn))) / 2;
+    if (parameters.detector != AzimuthalDetector::Nearest)
+        return (Deviation(beta, phi - turn) + Deviation(beta, phi - Other(turn))) / 2;
     const T from = WrapAngle(phi);
     return (Gaussian(beta, from - WrapAngle(turn)) + Gaussian(beta, from - WrapAngle(Other(turn)))) / 2;
 }
 //<
-// density: the same sum, of luminance and through the wrapped detector, normalised: it is exactly how Sample distributes
-// phi, whatever the nodes.
+// density: the same sum, of luminance and without the loss of the nearest detector, normalised: it is exactly how Sample
+// distributes phi, whatever the nodes.
 template <typename T>
 AroundValue<T> DEonQuadrature<T>::Value(size_t p, const Inside &fiber, T phi) const {
     if (parameters.IsTail(p)) {
@@ -90,11 +102,10 @@ AroundValue<T> DEonQuadrature<T>::Value(size_t p, const Inside &fiber, T phi) co
         for (size_t c = 0; c < 3; ++c)
             sum.n[c] += light[c] * seen;
         all += y;
-        if (parameters.detector != AzimuthalDetector::Wrapped)
-            sum.density +=
-                y / 2 * (GaussianDetector(beta, phi - turn) + GaussianDetector(beta, phi - Other(turn)));
+        if (parameters.detector == AzimuthalDetector::Nearest)
+            sum.density += y / 2 * (Deviation(beta, phi - turn) + Deviation(beta, phi - Other(turn)));
     });
-    if (parameters.detector == AzimuthalDetector::Wrapped)
+    if (parameters.detector != AzimuthalDetector::Nearest)
         sum.density = Luminance(sum.n);
     sum.density = all > 0 ? sum.density / all : T(0);
     return sum;
@@ -156,7 +167,10 @@ T DEonQuadrature<T>::Sample(size_t lobe, const Inside &fiber, T rest, T u) const
             turn = ray, part = left / y;
         left -= y;
     });
-    return (part < T(0.5L) ? Other(turn) : turn) + Width(lobe) * std::sqrt(T(2)) * InverseErf(2 * u - 1);
+    const T beta = Width(lobe), s = LogisticScale(beta);
+    return (part < T(0.5L) ? Other(turn) : turn) + (parameters.detector == AzimuthalDetector::Logistic
+                                                        ? SampleTrimmedLogistic(u, s, LogisticTail(s))
+                                                        : beta * std::sqrt(T(2)) * InverseErf(2 * u - 1));
 }
 template class DEonQuadrature<float>;
 template class DEonQuadrature<double>;
@@ -256,7 +270,9 @@ std::string DescribeDEon(const char *name, const DEonParameters &p) {
         out << " h: " << *p.h;
     out << (p.halfAngleFresnel ? " half-angle Fresnel" : "")
         << (p.inclination == AttenuationInclination::Viewer ? " at the viewer's inclination" : "")
-        << (p.detector == AzimuthalDetector::Nearest ? " nearest detector" : "")
+        << (p.detector == AzimuthalDetector::Nearest    ? " nearest detector"
+            : p.detector == AzimuthalDetector::Logistic ? " logistic detector"
+                                                        : "")
         << " length: " << static_cast<int>(p.length) << " longitudinal: " << static_cast<int>(p.longitudinal)
         << " ]";
     return out.str();

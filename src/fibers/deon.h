@@ -13,8 +13,10 @@ namespace cuticle {
 
 //> Choose how an azimuth is seen
 // Wrapped: the Gaussian detector, all images of an angle. Nearest: Zinke and Weber's treatment, differences of azimuths
-// in (-pi, pi] as they are, so that half of a lobe at +-pi is lost. For comparison.
-enum class AzimuthalDetector { Wrapped, Nearest };
+// in (-pi, pi] as they are, so that half of a lobe at +-pi is lost. For comparison. Logistic: that of Chiang et al. 2016,
+// of the same standard deviation before it is trimmed to [-pi, pi]; in the near field at the viewer's inclination this is
+// HairBSDF, with as many lobes as one likes.
+enum class AzimuthalDetector { Wrapped, Nearest, Logistic };
 //<
 
 //> Choose where attenuation is taken
@@ -104,6 +106,7 @@ class DEonQuadrature {
     void ForEachNode(int p, const Inside &fiber, F f) const;
     std::array<T, 3> Attenuation(int p, T gamma, const Inside &fiber) const;
     std::array<T, 3> Tail(const Inside &fiber) const;
+    T Deviation(T beta, T x) const;
     T Other(T turn) const { return parameters.h ? turn : -turn; }
     std::array<T, 3> sigmaA_, betaN_;
 };

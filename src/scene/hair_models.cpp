@@ -165,6 +165,14 @@ class MarschnerMaterial : public Material {
     MarschnerParameters choices_;
 };
 
+// How many orders have a lobe of their own.
+int LobesOf(const ParamSet &params, int otherwise) {
+    const int lobes = params.FindInt("lobes", otherwise);
+    if (lobes < 1 || lobes > 16)
+        throw Error(params.Find("lobes")->loc, "\"lobes\" must be 1 to 16, not " + std::to_string(lobes));
+    return lobes;
+}
+
 // "deon". Own parameters, degrees of theta_i + theta_o: alpha_R ..., beta_R ...; around the fiber azimuth_R ...; lobes,
 // tail, and the choices of DEonParameters by name; "string field" "near" takes h from the place across the fiber.
 // Derived: alpha and widths are those of the default model. N_p comes from a table where nothing that it depends on
@@ -180,10 +188,7 @@ class DEonMaterial : public Material {
                                                   kFields = {"far", "near"};
         constexpr LongitudinalForm kFormOf[] = {LongitudinalForm::Spherical, LongitudinalForm::FullAngle,
                                                 LongitudinalForm::HalfAngle};
-        choices_.lobes = params.FindInt("lobes", choices_.lobes);
-        if (choices_.lobes < 1 || choices_.lobes > 16)
-            throw Error(params.Find("lobes")->loc,
-                        "\"lobes\" must be 1 to 16, not " + std::to_string(choices_.lobes));
+        choices_.lobes = LobesOf(params, choices_.lobes);
         choices_.tail = params.FindBool("tail", true);
         choices_.halfAngleFresnel = params.FindBool("half_angle_fresnel", false);
         choices_.longitudinal = kFormOf[ChoiceOf<size_t>(params, "longitudinal", kForms)];
@@ -311,6 +316,47 @@ class TabulatedMaterial : public Material {
     std::shared_ptr<const FiberTable> table_;
 };
 
+// "chiang" with another number of lobes of their own than the paper's three: the same model in general code, which is
+// slower. eta below 1.001 is taken as that.
+class ManyLobesMaterial : public Material {
+  public:
+    ManyLobesMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &options,
+                      int lobes)
+        : color_(params, textures), shape_(params, textures), sign_(options.compatPbrtV3 ? -1.f : 1.f) {
+        choices_.lobes = lobes;
+        choices_.detector = AzimuthalDetector::Logistic;
+        choices_.inclination = AttenuationInclination::Viewer;
+    }
+    void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const override {
+        const TexturePoint point{si.p, si.uv, si.strandColors};
+        const float betaN = shape_.betaN->Evaluate(point);
+        const auto v = LongitudinalVariance(std::clamp(shape_.betaM->Evaluate(point), 0.f, 1.f));
+        DEonParameters p = choices_;
+        p.h = sign_ * std::clamp(1 - 2 * si.uv.y, -1.f, 1.f);
+        p.eta = shape_.eta->Evaluate(point);
+        p.sigmaA = color_.SigmaA(point, betaN).c;
+        for (size_t i = 0; i < 3; ++i) {
+            p.betaM[i] = Degrees(std::sqrt(v[i]));
+            p.betaN[i] = AzimuthalWidth(betaN);
+            p.alpha[i] = -sign_ * kTiltInAlpha[i] * shape_.alpha->Evaluate(point);
+        }
+        bsdf->SetFiber<DEonBSDF>(p);
+    }
+
+  private:
+    HairColor color_;
+    HairShape shape_;
+    float sign_;
+    DEonParameters choices_;
+};
+
+std::unique_ptr<Material> MakeChiang(const ParamSet &p, const TextureTable &t, const MaterialOptions &o) {
+    const int lobes = LobesOf(p, HairBSDF::pMax);
+    if (lobes == HairBSDF::pMax)
+        return std::make_unique<HairMaterial>(p, t, o);
+    return std::make_unique<ManyLobesMaterial>(p, t, o, lobes);
+}
+
 using Maker = std::unique_ptr<Material> (*)(const ParamSet &, const TextureTable &, const MaterialOptions &);
 
 template <class M>
@@ -319,7 +365,7 @@ std::unique_ptr<Material> Make(const ParamSet &p, const TextureTable &t, const M
 }
 
 constexpr std::string_view kNames[] = {"chiang", "kajiya-kay", "marschner", "deon", "tabulated"};
-constexpr Maker kMakers[] = {Make<HairMaterial>, Make<KajiyaKayMaterial>, Make<MarschnerMaterial>,
+constexpr Maker kMakers[] = {MakeChiang, Make<KajiyaKayMaterial>, Make<MarschnerMaterial>,
                              Make<DEonMaterial>, Make<TabulatedMaterial>};
 static_assert(std::size(kNames) == std::size(kMakers));
 

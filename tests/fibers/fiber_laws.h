@@ -29,8 +29,10 @@ struct Integrals {
     std::array<double, 3> energy; // of f |cos| over the sphere
     double pdf;
 };
-inline Integrals OverSphere(const Reference &model, const Vector3d &wo, const Peaks &peaks) {
-    const furnace::Mesh theta = furnace::ThetaMesh(peaks.theta), phi = furnace::PhiMesh(peaks.phi, kFrom);
+inline Integrals OverSphere(const Reference &model, const Vector3d &wo, const Peaks &peaks,
+                            double panel = furnace::kPanel) {
+    const furnace::Mesh theta = furnace::ThetaMesh(peaks.theta, panel),
+                        phi = furnace::PhiMesh(peaks.phi, kFrom, panel);
     Integrals sum{{0, 0, 0}, 0};
     for (size_t i = 0; i < theta.x.size(); ++i)
         for (size_t j = 0; j < phi.x.size(); ++j) {

@@ -71,6 +71,19 @@ TEST(HairModels, TablesAreTheQuadrature) {
     EXPECT_THROW(HairOf(deon + "\"integer lobes\" 0"), Error);
 }
 
+// "lobes" of the default model: three is the paper. More change a pale fiber, and not one so dark that no light is left
+// for them.
+TEST(HairModels, ChiangWithMoreLobes) {
+    const auto withLobes = [](const std::string &sigmaA, const std::string &lobes) {
+        return Value("\"rgb sigma_a\" [" + sigmaA + "] " + lobes).y();
+    };
+    const std::string pale = "0.02 0.02 0.02", dark = "9 9 9", six = "\"integer lobes\" 6";
+    EXPECT_EQ(withLobes(pale, ""), withLobes(pale, "\"integer lobes\" 3"));
+    EXPECT_NE(withLobes(pale, ""), withLobes(pale, six));
+    EXPECT_NEAR(withLobes(dark, six) / withLobes(dark, ""), 1, 1e-3);
+    EXPECT_THROW(HairOf("\"integer lobes\" 17"), Error);
+}
+
 // Eccentric fibers need the direction that their strands carry; round ones look the same from all sides.
 TEST(HairModels, EccentricFibersAskForTheStrandsAxis) {
     const auto valueAt = [](const std::string &parameters, const Vector3f &axis) {
