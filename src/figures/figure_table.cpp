@@ -15,12 +15,23 @@ std::span<const Figure> Figures() {
         {"marschner-02", Photo, "Electron micrograph of a hair.", nullptr, ""},
         {"marschner-03", Diagram, "Notation: u, v, w, θ and φ.", nullptr, ""},
         {"marschner-04", Plot,
-         "Scattering in the incidence plane, light from the tip's and from the root's side.", nullptr, ""},
-        {"marschner-05", Plot, "Scattering in the incidence plane against θ_h for several θ_d.", nullptr, ""},
+         "Scattering in the incidence plane, light from the tip's side (θ_i = 45°) and from the root's "
+         "(−45°), above, "
+         "logarithmic. Angles: θ_r, beyond ±90° on the far side.",
+         Marschner04, ""},
+        {"marschner-05", Plot,
+         "Scattering in the incidence plane against θ_h for several θ_d, red and blue light, ± one standard "
+         "error.",
+         Marschner05, ""},
         {"marschner-06", Plot, "Glints against φ along the specular cone, model over simulation.", nullptr,
          ""},
-        {"marschner-07", Plot, "Scattering of an elliptical fiber in the normal plane.", nullptr, ""},
-        {"marschner-08", Plot, "Scattering over the hemispheres.", nullptr, ""},
+        {"marschner-07", Plot,
+         "TRT of an elliptical fiber around it, light in the normal plane, θ_r = 10°, by the azimuth φ_i of "
+         "the light; "
+         "angle: φ, each panel to its own scale.",
+         Marschner07, ""},
+        {"marschner-08", Plot, "Scattering over the hemispheres, light from the root's side, θ_i = −45°.",
+         Marschner08, ""},
         {"marschner-09", Diagram, "Rays through a circle: h, γ_i, γ_t, φ.", nullptr, ""},
         {"marschner-10", Plot, "The shading model under the conditions of figure 4.", nullptr, ""},
         {"marschner-11", Photo, "Photograph of brown hair.", nullptr, ""},

@@ -5,6 +5,12 @@
 
 namespace cuticle {
 
+// Marschner et al. 2003
+FigureData Marschner04(const FigureOptions &options);
+FigureData Marschner05(const FigureOptions &options);
+FigureData Marschner07(const FigureOptions &options);
+FigureData Marschner08(const FigureOptions &options);
+
 // d'Eon et al. 2011
 FigureData Deon03(const FigureOptions &options);
 FigureData Deon04(const FigureOptions &options);
