@@ -33,7 +33,11 @@ std::span<const Figure> Figures() {
         {"marschner-08", Plot, "Scattering over the hemispheres, light from the root's side, θ_i = −45°.",
          Marschner08, ""},
         {"marschner-09", Diagram, "Rays through a circle: h, γ_i, γ_t, φ.", nullptr, ""},
-        {"marschner-10", Plot, "The shading model under the conditions of figure 4.", nullptr, ""},
+        {"marschner-10", Plot,
+         "The shading model under the conditions of figure 4, blond, logarithmic: α_R = -4°, β_R = 5° and "
+         "what Table 1 "
+         "derives from them. Angles: θ_r, beyond ±90° on the far side.",
+         Marschner10, ""},
         {"marschner-11", Photo, "Photograph of brown hair.", nullptr, ""},
         {"marschner-12", Render, "Kajiya and Kay's model against Marschner's.", nullptr, ""},
         {"marschner-13", Render, "62,000 fibers under an environment map.", nullptr, ""},

@@ -10,6 +10,8 @@ FigureData Marschner04(const FigureOptions &options);
 FigureData Marschner05(const FigureOptions &options);
 FigureData Marschner07(const FigureOptions &options);
 FigureData Marschner08(const FigureOptions &options);
+// Marschner et al. 2003, the model
+FigureData Marschner10(const FigureOptions &options);
 
 // d'Eon et al. 2011
 FigureData Deon03(const FigureOptions &options);
