@@ -34,7 +34,8 @@ std::span<const Figure> Figures() {
          Marschner08, ""},
         {"marschner-09", Diagram, "Rays through a circle: h, γ_i, γ_t, φ.", nullptr, ""},
         {"marschner-10", Plot,
-         "The shading model under the conditions of figure 4, blond, logarithmic: α_R = -4°, β_R = 5° and "
+         "The shading model under the conditions of figure 4, blond, logarithmic: α_R = -4°, β_R = 2.5°, k_G "
+         "= 0.5 and "
          "what Table 1 "
          "derives from them. Angles: θ_r, beyond ±90° on the far side.",
          Marschner10, ""},

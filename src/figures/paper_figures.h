@@ -27,4 +27,7 @@ FigureData Pharr1_15(const FigureOptions &options);
 FigureData Pharr1_16(const FigureOptions &options);
 FigureData Pharr1_17(const FigureOptions &options);
 
+// Marschner et al. 2003, the model
+FigureData Marschner10(const FigureOptions &options);
+
 } // namespace cuticle
