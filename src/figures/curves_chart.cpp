@@ -4,7 +4,6 @@
 #include "figures/curve_rays.h"
 
 #include <algorithm>
-#include <deque>
 #include <memory>
 
 namespace cuticle {
