@@ -60,8 +60,11 @@ DEonParameters DEonOf(const Fiber &fiber, const Parameters &x) {
         p.betaM[i] = static_cast<float>(std::exp(x[i]));
     const auto alpha = static_cast<float>(x[3]);
     p.alpha = {-2 * alpha, alpha, 4 * alpha};
-    const double betaN = std::exp(x[4]), ratio = std::exp(x[5]);
-    p.betaN = {static_cast<float>(betaN), static_cast<float>(betaN), static_cast<float>(betaN * ratio)};
+    // Narrower than 2 degrees is nothing that the simulation's cells tell apart, and dear.
+    const auto betaN = [&](double logarithm) {
+        return std::max(2.f, static_cast<float>(std::exp(logarithm)));
+    };
+    p.betaN = {betaN(x[4]), betaN(x[4]), betaN(x[4] + x[5])};
     return CheckedDEon(p);
 }
 HairParameters ChiangOf(const Fiber &fiber, const Parameters &x, float h) {
