@@ -80,6 +80,7 @@ class Book:
     def __init__(self, root, out, program):
         self.root, self.out, self.program = root, out, program
         self.check = weave.Check(root)
+        self.hashes = {}  # of programs that commands run
         self.held = []  # HTML behind marks
         self.formulas = {}  # (tex, display) -> [file, line, html]
         self.pages = {}  # file name -> (title, html)
@@ -213,10 +214,16 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
                 (folder / name).symlink_to(self.root / name)
         return folder
 
+    def hash_of(self, program):
+        if program not in self.hashes:
+            self.hashes[program] = hashlib.sha256(program.read_bytes()).hexdigest() if program.is_file() else ""
+        return self.hashes[program]
+
     def run(self, command, chapter, line):
-        """What a command prints. It is not run again while neither it nor the program has changed."""
+        """What a command prints. It is not run again while neither it nor a program that it names has changed."""
         folder = self.folder_of(chapter)
-        key = hashlib.sha256((self.program_hash + command).encode()).hexdigest()[:24]
+        programs = sorted({self.root / name for name in re.findall(r"build/release/[\w-]+", command)})
+        key = hashlib.sha256("".join([self.program_hash, *map(self.hash_of, programs), command]).encode()).hexdigest()[:24]
         kept = folder / f".{key}"
         if kept.exists():
             return kept.read_text(encoding="utf-8")
@@ -470,7 +477,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
                 print(f"{file}:{line}: error: {message}")
             return 1
         self.out.mkdir(parents=True, exist_ok=True)
-        self.program_hash = hashlib.sha256(self.program.read_bytes()).hexdigest() if self.program.exists() else ""
+        self.program_hash = self.hash_of(self.program)
         sources = sorted({f for files in self.check.chunks.values() for f in files})
         self.lines = {f: (self.root / f).read_text(encoding="utf-8").splitlines() for f in sources}
         self.copied = []

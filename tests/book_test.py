@@ -111,6 +111,21 @@ class Weaver(unittest.TestCase):
     def test_a_command_that_fails(self):
         self.assert_stops(GOOD_CHAPTER.replace("echo 6*7", "false && echo 6*7"), f"{CHAPTER}:26: error: `", "ends with status 1")
 
+    def test_a_command_runs_again_when_a_program_that_it_names_has_changed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = Path(folder) / "build/release/tool"
+            program.parent.mkdir(parents=True)
+
+            def output(says):
+                if says:
+                    program.write_text(f"echo {says}; echo ran >> {folder}/log\n")
+                a_book = book.Book(Path(folder), Path(folder) / "out", Path(folder) / "none")
+                a_book.program_hash = ""
+                return a_book.run("bash build/release/tool", CHAPTER, 1)
+
+            self.assertEqual([output("one"), output(None), output("two")], ["one\n", "one\n", "two\n"])
+            self.assertEqual((Path(folder) / "log").read_text(), "ran\nran\n")
+
     @WITH_TOOLS
     def test_a_broken_formula(self):
         self.assert_stops(GOOD_CHAPTER.replace("\\sum_i", "\\summe_i"), f"{CHAPTER}:7: error: KaTeX does not know $\\summe_i a_i$")

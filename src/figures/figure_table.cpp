@@ -10,8 +10,11 @@ std::span<const Figure> Figures() {
     using enum FigureKind;
     static const std::array figures = std::to_array<Figure>({
         // Marschner, Jensen, Cammarano, Worley and Hanrahan 2003
-        {"marschner-01", Diagram, "Side view of a fiber with tilted scales: the paths R, TT and TRT.",
-         nullptr, ""},
+        {"marschner-01", Diagram,
+         "Side view of a fiber whose scales lean by 3°: the paths R, TT and TRT, and (dotted) without the "
+         "lean; η = "
+         "1.55.",
+         Marschner01, ""},
         {"marschner-02", Photo, "Electron micrograph of a hair.", nullptr, ""},
         {"marschner-03", Diagram, "Notation: u, v, w, θ and φ.", nullptr, ""},
         {"marschner-04", Plot,
@@ -32,7 +35,8 @@ std::span<const Figure> Figures() {
          Marschner07, ""},
         {"marschner-08", Plot, "Scattering over the hemispheres, light from the root's side, θ_i = −45°.",
          Marschner08, ""},
-        {"marschner-09", Diagram, "Rays through a circle: h, γ_i, γ_t, φ.", nullptr, ""},
+        {"marschner-09", Diagram, "Parallel rays through a circle, η = 1.55: where R, TT and TRT leave.",
+         Marschner09, ""},
         {"marschner-10", Plot,
          "The shading model under the conditions of figure 4, blond, logarithmic: α_R = -4°, β_R = 2.5°, k_G "
          "= 0.5 and "
@@ -93,18 +97,19 @@ std::span<const Figure> Figures() {
         {"pharr-1.1", Render, "Curly hair, path traced.", nullptr, ""},
         {"pharr-1.2", Render, "The same, direct light only.", nullptr, ""},
         {"pharr-1.3", Diagram, "The normal plane of a fiber.", nullptr, ""},
-        {"pharr-1.4", Diagram, "The angles θ and φ.", nullptr, ""},
-        {"pharr-1.5", Diagram, "The offset h and the angle γ.", nullptr, ""},
+        {"pharr-1.4", Diagram, "The angles θ, from the normal plane, and φ, around the fiber.", Pharr1_4, ""},
+        {"pharr-1.5", Diagram, "The offset h and the angle γ_o in the section of a fiber.", Pharr1_5, ""},
         {"pharr-1.6", Diagram, "The tilted scales.", nullptr, ""},
-        {"pharr-1.7", Diagram, "The paths R, TT and TRT.", nullptr, ""},
+        {"pharr-1.7", Diagram, "The paths R, TT and TRT through a smooth fiber, from the side; η = 1.55.",
+         Pharr1_7, ""},
         {"pharr-1.8", Render, "β_m = 0.1, 0.25, 0.6 under a skylight.", nullptr, ""},
         {"pharr-1.9", Plot,
          "M_p against θ_i for fixed θ_o; v = 0.02. Dashed: the specular direction θ_i = -θ_o.", Pharr1_9, ""},
         {"pharr-1.10", Render, "Three absorptions: black, brown, blonde.", nullptr, ""},
         {"pharr-1.11", Diagram, "Refraction at the fiber.", nullptr, ""},
-        {"pharr-1.12", Diagram, "The length of a segment, seen along the fiber.", nullptr, ""},
-        {"pharr-1.13", Diagram, "The length of a segment, seen from the side.", nullptr, ""},
-        {"pharr-1.14", Diagram, "The deflections that make up Φ.", nullptr, ""},
+        {"pharr-1.12", Diagram, "The length of a segment, seen along the fiber.", Pharr1_12, ""},
+        {"pharr-1.13", Diagram, "The length of a segment, seen from the side.", Pharr1_13, ""},
+        {"pharr-1.14", Diagram, "The turns that make up Φ(p, h).", Pharr1_14, ""},
         {"pharr-1.15", Plot, "Φ(1, h), the turn of light that passes straight through the fiber; η = 1.55.",
          Pharr1_15, ""},
         {"pharr-1.16", Plot, "The logistic function trimmed to ±π.", Pharr1_16, ""},

@@ -6,11 +6,12 @@
 namespace cuticle {
 
 // Marschner et al. 2003
+FigureData Marschner01(const FigureOptions &options);
+FigureData Marschner09(const FigureOptions &options);
 FigureData Marschner04(const FigureOptions &options);
 FigureData Marschner05(const FigureOptions &options);
 FigureData Marschner07(const FigureOptions &options);
 FigureData Marschner08(const FigureOptions &options);
-// Marschner et al. 2003, the model
 FigureData Marschner10(const FigureOptions &options);
 
 // d'Eon et al. 2011
@@ -22,12 +23,15 @@ FigureData Deon08(const FigureOptions &options);
 FigureData Deon09(const FigureOptions &options);
 
 // Pharr 2016
+FigureData Pharr1_4(const FigureOptions &options);
+FigureData Pharr1_5(const FigureOptions &options);
+FigureData Pharr1_7(const FigureOptions &options);
+FigureData Pharr1_12(const FigureOptions &options);
+FigureData Pharr1_13(const FigureOptions &options);
+FigureData Pharr1_14(const FigureOptions &options);
 FigureData Pharr1_9(const FigureOptions &options);
 FigureData Pharr1_15(const FigureOptions &options);
 FigureData Pharr1_16(const FigureOptions &options);
 FigureData Pharr1_17(const FigureOptions &options);
-
-// Marschner et al. 2003, the model
-FigureData Marschner10(const FigureOptions &options);
 
 } // namespace cuticle

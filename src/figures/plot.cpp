@@ -211,6 +211,11 @@ std::string ReferenceLines(const PlotPanel &panel) {
     return text;
 }
 
+// For pictures in which both directions have one scale.
+const std::string kNoAxes =
+    "set size ratio -1\nunset border\nunset grid\nunset logscale\nunset xtics\nunset ytics\n"
+    "unset xlabel\nunset ylabel\n";
+
 std::string CartesianText(const PlotPanel &panel) {
     Drawing drawing;
     for (size_t i = 0; i < panel.series.size(); ++i)
@@ -399,9 +404,17 @@ std::string PolarText(const PlotPanel &panel) {
     const std::string ranges = "set xrange [" + Number(box[0] - edge) + ":" + Number(box[2] + edge) +
                                "]\nset yrange [" + Number(box[1] - edge) + ":" + Number(box[3] + edge) +
                                "]\n";
-    return "set size ratio -1\nunset border\nunset grid\nunset logscale\nunset xtics\nunset ytics\n"
-           "unset xlabel\nunset ylabel\n" +
-           ranges + PolarGrid(panel, scale) + drawing.data + drawing.plots + "\nset size noratio\n";
+    return kNoAxes + ranges + PolarGrid(panel, scale) + drawing.data + drawing.plots + "\nset size noratio\n";
+}
+
+std::string DiagramText(const PlotPanel &panel) {
+    if (!panel.x.min || !panel.x.max || !panel.y.min || !panel.y.max)
+        throw Error("a diagram needs the ranges of x and y");
+    Drawing drawing;
+    for (size_t i = 0; i < panel.series.size(); ++i)
+        AddSeries(panel.series[i], i, Rows(panel.series[i], panel), &drawing);
+    return kNoAxes + "set xrange " + AxisRange(panel.x) + "\nset yrange " + AxisRange(panel.y) + "\n" +
+           drawing.data + drawing.plots + "\nset size noratio\n";
 }
 
 // The words of a legend's place come from a program, not from a user; anything else would be a mistake in it.
@@ -427,6 +440,8 @@ std::string PanelText(const PlotPanel &panel, const std::string &besides) {
         return text + PolarText(panel);
     case PlotKind::HeatMap:
         return text + HeatMapText(panel);
+    case PlotKind::Diagram:
+        return text + DiagramText(panel);
     }
     return text;
 }

@@ -68,9 +68,9 @@ struct PlotHeatMap {
     std::optional<double> min = {}, max = {};
 };
 
-enum class PlotKind { Cartesian, Polar, HeatMap };
+enum class PlotKind { Cartesian, Polar, HeatMap, Diagram };
 
-// One diagram. Polar: x is an angle in degrees, counter-clockwise (or clockwise) from polarZero (0: right, 90: up), y the
+// One panel. Diagram: x and y on one scale, without axes; both ranges must be given. Polar: x is an angle in degrees, counter-clockwise (or clockwise) from polarZero (0: right, 90: up), y the
 // radius, which begins at y.min in the centre; a logarithmic radius without y.min spans three decades.
 struct PlotPanel {
     PlotKind kind = PlotKind::Cartesian;
