@@ -10,7 +10,7 @@ namespace cuticle {
 namespace {
 
 constexpr double kEta = 1.55;
-constexpr int kBlue = 0, kOrange = 1, kGreen = 2, kInk = 7;
+constexpr int kBlue = 0, kOrange = 1, kGreen = 2, kPink = 3, kInk = 7;
 
 double Degrees(double radians) { return radians * 180 / kPi<double>; }
 
@@ -130,14 +130,14 @@ struct SidePath {
     std::vector<P2> points, leaves;
     double Theta(size_t p) const { return std::atan2(leaves[p].x, std::abs(leaves[p].y)); }
 };
-SidePath TraceSide(double thetaI, double alpha) {
+SidePath TraceSide(double thetaI, double alpha, int segments = 2) {
     SidePath path;
     P2 p = {0, 1}, d = {-std::sin(thetaI), -std::cos(thetaI)}, inside;
     const auto normal = [alpha](double side) { return P2{-std::sin(alpha), side * std::cos(alpha)}; };
     path.points.push_back(p), path.leaves.push_back(Reflect2(d, normal(1)));
     Refract2(d, normal(1), kEta, &inside);
-    for (int k = 0; k < 2; ++k) {
-        const double side = k == 0 ? -1 : 1;
+    for (int k = 0; k < segments; ++k) {
+        const double side = k % 2 == 0 ? -1 : 1;
         p = p + inside * (2 / std::abs(inside.y));
         const P2 n = normal(side) * -1;
         P2 out;
@@ -148,25 +148,31 @@ SidePath TraceSide(double thetaI, double alpha) {
     return path;
 }
 
-void DrawSide(Sheet *sheet, const SidePath &path, double thetaI, PlotDash dash) {
-    const std::array<int, 3> colors = {kBlue, kOrange, kGreen};
-    const P2 from = path.points[0] + P2{std::sin(thetaI), std::cos(thetaI)} * 1.3;
-    sheet->Arrow(from, path.points[0], kInk, dash, 0.6);
-    for (size_t p = 0; p < 3; ++p) {
+constexpr std::array<const char *, 4> kPathNames = {"R", "TT", "TRT", "TRRT"};
+constexpr std::array<int, 4> kPathColors = {kBlue, kOrange, kGreen, kPink};
+
+// A path's way through the fiber after it has met it, and the light that leaves at each point.
+void DrawPath(Sheet *sheet, const std::vector<P2> &points, const std::vector<P2> &leaves, PlotDash dash) {
+    for (size_t p = 0; p < points.size(); ++p) {
         if (p > 0)
-            sheet->Line({path.points[p - 1], path.points[p]}, kInk, dash, 2);
-        sheet->Arrow(path.points[p], path.points[p] + path.leaves[p] * 1.2, colors[p], dash);
+            sheet->Line({points[p - 1], points[p]}, kInk, dash, 2);
+        sheet->Arrow(points[p], points[p] + leaves[p] * 1.2, kPathColors[p], dash);
     }
 }
-void NamePaths(Sheet *sheet, const SidePath &path) {
-    const std::array<const char *, 3> names = {"R", "TT", "TRT"};
-    const std::array<int, 3> colors = {kBlue, kOrange, kGreen};
-    for (size_t p = 0; p < 3; ++p)
-        sheet->Letters(path.points[p] + path.leaves[p] * (p == 1 ? 1.45 : 1.25), names[p], colors[p]);
+void DrawSide(Sheet *sheet, const SidePath &path, double thetaI, PlotDash dash) {
+    const P2 from = path.points[0] + P2{std::sin(thetaI), std::cos(thetaI)} * 1.3;
+    sheet->Arrow(from, path.points[0], kInk, dash, 0.6);
+    DrawPath(sheet, path.points, path.leaves, dash);
+}
+// Beside the arrows' heads, below those that point down.
+void NamePaths(Sheet *sheet, const std::vector<P2> &points, const std::vector<P2> &leaves) {
+    for (size_t p = 0; p < points.size(); ++p)
+        sheet->Letters(points[p] + leaves[p] * 1.22 + (leaves[p].y < 0 ? P2{-0.1, -0.25} : P2{}),
+                       kPathNames[p], kPathColors[p]);
 }
 Table SideTable() { return Table({"alpha_deg", "p", "theta_i_deg", "theta_o_deg"}); }
 void AddRows(Table *table, double alpha, double thetaI, const SidePath &path) {
-    for (size_t p = 0; p < 3; ++p)
+    for (size_t p = 0; p < path.points.size(); ++p)
         table->Add({Degrees(alpha), static_cast<double>(p), Degrees(thetaI), Degrees(path.Theta(p))});
 }
 
@@ -260,7 +266,7 @@ FigureData Pharr1_7(const FigureOptions &) {
     for (const double y : {1., -1.})
         sheet.Line({{-2.8, y}, {1.4, y}}, kInk, PlotDash::Solid, 2);
     DrawSide(&sheet, path, thetaI, PlotDash::Solid);
-    NamePaths(&sheet, path);
+    NamePaths(&sheet, path.points, path.leaves);
     sheet.Letters({-2.85, 0}, "root"), sheet.Letters({1.1, 0}, "tip");
     FigureData data = Finish(SideTable(), sheet, 620, 560);
     AddRows(&data.table, 0, thetaI, path);
@@ -268,6 +274,28 @@ FigureData Pharr1_7(const FigureOptions &) {
         data.checks.push_back({Printed("without tilt the path with %g segments leaves at θ_o = -θ_i, off by",
                                        static_cast<double>(p)),
                                std::abs(path.Theta(p) + thetaI), 0, 1e-12});
+    return data;
+}
+
+FigureData Pharr1_11(const FigureOptions &) {
+    const double h = 0.75;
+    const SectionPath path = TraceSection(h, 1);
+    const P2 p = path.points[0], inside = path.points[1] - p;
+    const double normal = std::atan2(p.y, p.x), along = std::atan2(inside.y, inside.x),
+                 inward = normal - kPi<double>;
+    Sheet sheet({-1.9, -1.1}, {1.2, 1.4});
+    DrawSection(&sheet);
+    sheet.Arrow({-1.8, h}, p, kBlue, PlotDash::Solid, 0.6);
+    sheet.Arrow(p, p + inside * 0.7, kBlue);
+    sheet.Line({{}, p * 1.6}, kInk, PlotDash::Dashed);
+    sheet.Arc(p, 0.4, normal, kPi<double>, kOrange);
+    sheet.Letters(p + At((normal + kPi<double>) / 2, 0.42) + P2{-0.16, 0}, "γ_o", kOrange);
+    sheet.Arc(p, 0.5, inward, along, kGreen);
+    sheet.Letters(p + At((inward + along) / 2, 0.52), "γ_t", kGreen);
+    FigureData data = Finish(SectionTable(), sheet, 560, 420);
+    AddRows(&data.table, h, path);
+    data.checks = {{"for the traced ray sin γ_o is η sin γ_t, off by",
+                    std::abs(std::sin(kPi<double> - normal) - kEta * std::sin(along - inward)), 0, 1e-12}};
     return data;
 }
 
@@ -329,7 +357,6 @@ FigureData Pharr1_13(const FigureOptions &) {
 FigureData Pharr1_14(const FigureOptions &) {
     const double h = 0.5;
     const SectionPath path = TraceSection(h, 2);
-    const std::array<int, 3> colors = {kBlue, kOrange, kGreen};
     const std::array<const char *, 3> names = {"R: -2γ_o", "TT: 2γ_t - 2γ_o + π", "TRT: 4γ_t - 2γ_o + 2π"};
     Sheet sheet({-2.4, -1.5}, {2.6, 1.9});
     DrawSection(&sheet);
@@ -339,8 +366,8 @@ FigureData Pharr1_14(const FigureOptions &) {
         if (p > 0)
             sheet.Line({path.points[p - 1], path.points[p]}, kInk, PlotDash::Solid, 2);
         const P2 end = path.points[p] + path.leaves[p] * 0.9;
-        sheet.Arrow(path.points[p], end, colors[p]);
-        sheet.Letters(end + P2{p == 2 ? -0.4 : 0, p == 2 ? -0.12 : 0}, names[p], colors[p]);
+        sheet.Arrow(path.points[p], end, kPathColors[p]);
+        sheet.Letters(end + P2{p == 2 ? -0.4 : 0, p == 2 ? -0.12 : 0}, names[p], kPathColors[p]);
     }
     FigureData data = Finish(SectionTable(), sheet, 640, 460);
     AddRows(&data.table, h, path);
@@ -355,35 +382,32 @@ FigureData Marschner01(const FigureOptions &) {
     DrawScales(&sheet, -2.7, 1.5, alpha);
     DrawSide(&sheet, plain, thetaI, PlotDash::Dotted);
     DrawSide(&sheet, tilted, thetaI, PlotDash::Solid);
-    NamePaths(&sheet, tilted);
+    NamePaths(&sheet, tilted.points, tilted.leaves);
     sheet.Letters({-2.85, 0}, "root"), sheet.Letters({1.4, 0}, "tip");
     FigureData data = Finish(SideTable(), sheet, 640, 600);
     AddRows(&data.table, 0, thetaI, plain);
     AddRows(&data.table, alpha, thetaI, tilted);
-    const std::array<const char *, 3> names = {"R", "TT", "TRT"};
     for (const size_t p : {0u, 1u, 2u}) {
         // To first order in alpha the sum of the inclinations is 2 alpha (p eta' - 1) in the middle of the fiber.
         const double sum = tilted.Theta(p) + thetaI;
         const double etaPrime = SmoothFiber<double>(std::cos((tilted.Theta(p) - thetaI) / 2), kEta).etaPrime;
         const double first = 2 * alpha * (static_cast<double>(p) * etaPrime - 1);
         data.checks.push_back(
-            {std::string("θ_i + θ_o of ") + names[p] + " agrees with its first order in α to (degrees)",
+            {std::string("θ_i + θ_o of ") + kPathNames[p] + " agrees with its first order in α to (degrees)",
              std::abs(Degrees(sum - first)), 0, p == 0 ? 1e-9 : 0.6});
-        data.note +=
-            Printed(p == 0 ? "θ_i + θ_o is %.1f" : ", %.1f", Degrees(sum)) + std::string("° for ") + names[p];
+        data.note += Printed(p == 0 ? "θ_i + θ_o is %.1f" : ", %.1f", Degrees(sum)) + std::string("° for ") +
+                     kPathNames[p];
     }
     data.note += ".";
     return data;
 }
 
 FigureData Marschner09(const FigureOptions &) {
-    const std::array<int, 3> colors = {kBlue, kOrange, kGreen};
-    const std::array<const char *, 3> names = {"R", "TT", "TRT"};
     FigureData data{SectionTable(), {}, "", {}};
     double off = 0;
     for (size_t p = 0; p < 3; ++p) {
         Sheet sheet({-2.6, -2.2}, {2.6, 2.2});
-        sheet.panel.title = names[p];
+        sheet.panel.title = kPathNames[p];
         DrawSection(&sheet);
         for (const double h : Linspace(-0.9, 0.9, 13)) {
             const SectionPath path = TraceSection(h, static_cast<int>(p));
@@ -393,12 +417,40 @@ FigureData Marschner09(const FigureOptions &) {
             std::vector<P2> line = {{-2.5, h}};
             line.insert(line.end(), path.points.begin(), path.points.end());
             sheet.Line(line, kInk, PlotDash::Solid, 1);
-            sheet.Arrow(path.points[p], path.points[p] + path.leaves[p] * 1.1, colors[p]);
+            sheet.Arrow(path.points[p], path.points[p] + path.leaves[p] * 1.1, kPathColors[p]);
         }
         data.plot.panels.push_back(sheet.panel);
     }
     data.plot.columns = 3, data.plot.width = 380, data.plot.height = 350;
     data.checks = {{"the traced rays leave at Φ(p, h), off by (rad)", off, 0, 1e-12}};
+    return data;
+}
+
+FigureData Deon01(const FigureOptions &) {
+    const double thetaI = Radians(35.), h = 0.4;
+    const SidePath side = TraceSide(thetaI, 0, 3);
+    const SectionPath section = TraceSection(h, 3);
+    Sheet left({-3.4, -2.6}, {1.6, 2.6});
+    left.panel.title = "from the side";
+    for (const double y : {1., -1.})
+        left.Line({{-3.3, y}, {1.5, y}}, kInk, PlotDash::Solid, 2);
+    DrawSide(&left, side, thetaI, PlotDash::Solid);
+    NamePaths(&left, side.points, side.leaves);
+    Sheet right({-2.6, -2.6}, {2.6, 2.6});
+    right.panel.title = "along the fiber";
+    DrawSection(&right);
+    right.Arrow({-2.5, h}, section.points[0], kInk, PlotDash::Solid, 0.5);
+    DrawPath(&right, section.points, section.leaves, PlotDash::Solid);
+    NamePaths(&right, section.points, section.leaves);
+    FigureData data{SectionTable(), {}, "", {}};
+    AddRows(&data.table, h, section);
+    data.plot.panels = {left.panel, right.panel};
+    data.plot.columns = 2, data.plot.width = 440, data.plot.height = 430;
+    data.checks = {
+        {"in section the traced rays leave at Φ(p, h), off by (rad)", OffPhi(h, section), 0, 1e-12}};
+    for (size_t p = 0; p < side.points.size(); ++p)
+        data.checks.push_back({std::string(kPathNames[p]) + " leaves at θ_o = -θ_i, off by (rad)",
+                               std::abs(side.Theta(p) + thetaI), 0, 1e-12});
     return data;
 }
 

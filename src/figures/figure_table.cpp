@@ -51,7 +51,7 @@ std::span<const Figure> Figures() {
         {"marschner-16", Diagram, "Constructions on the unit sphere of appendices A and B.", nullptr, ""},
 
         // d'Eon, Francois, Hill, Letteri and Aubry 2011
-        {"deon-01", Diagram, "The paths R, TT, TRT and TRRT from the side and in section.", nullptr, ""},
+        {"deon-01", Diagram, "The paths R, TT, TRT and TRRT through a smooth fiber, η = 1.55.", Deon01, ""},
         {"deon-02", Diagram, "Specular cones and their compression.", nullptr, ""},
         {"deon-03", Plot,
          "Total reflectance against θ_i of a fiber that reflects all light (η = ∞), by the form of the "
@@ -106,7 +106,7 @@ std::span<const Figure> Figures() {
         {"pharr-1.9", Plot,
          "M_p against θ_i for fixed θ_o; v = 0.02. Dashed: the specular direction θ_i = -θ_o.", Pharr1_9, ""},
         {"pharr-1.10", Render, "Three absorptions: black, brown, blonde.", nullptr, ""},
-        {"pharr-1.11", Diagram, "Refraction at the fiber.", nullptr, ""},
+        {"pharr-1.11", Diagram, "Refraction at the fiber: γ_o outside, γ_t inside; η = 1.55.", Pharr1_11, ""},
         {"pharr-1.12", Diagram, "The length of a segment, seen along the fiber.", Pharr1_12, ""},
         {"pharr-1.13", Diagram, "The length of a segment, seen from the side.", Pharr1_13, ""},
         {"pharr-1.14", Diagram, "The turns that make up Φ(p, h).", Pharr1_14, ""},

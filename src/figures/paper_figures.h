@@ -15,6 +15,7 @@ FigureData Marschner08(const FigureOptions &options);
 FigureData Marschner10(const FigureOptions &options);
 
 // d'Eon et al. 2011
+FigureData Deon01(const FigureOptions &options);
 FigureData Deon03(const FigureOptions &options);
 FigureData Deon04(const FigureOptions &options);
 FigureData Deon05(const FigureOptions &options);
@@ -26,6 +27,7 @@ FigureData Deon09(const FigureOptions &options);
 FigureData Pharr1_4(const FigureOptions &options);
 FigureData Pharr1_5(const FigureOptions &options);
 FigureData Pharr1_7(const FigureOptions &options);
+FigureData Pharr1_11(const FigureOptions &options);
 FigureData Pharr1_12(const FigureOptions &options);
 FigureData Pharr1_13(const FigureOptions &options);
 FigureData Pharr1_14(const FigureOptions &options);
