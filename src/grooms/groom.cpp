@@ -318,9 +318,8 @@ void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &opt
 
 void CheckSegmentCount(size_t segments) {
     if (segments > kMostSegments)
-        throw Error("the strands make " + std::to_string(segments) +
-                    " curve segments; a scene holds at most " + std::to_string(kMostSegments) +
-                    ": use fewer strands or segments");
+        throw Error("there would be " + std::to_string(segments) + " curve segments; a scene holds at most " +
+                    std::to_string(kMostSegments) + ": use fewer strands or segments");
 }
 
 size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options) {

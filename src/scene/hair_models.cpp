@@ -365,8 +365,8 @@ std::unique_ptr<Material> Make(const ParamSet &p, const TextureTable &t, const M
 }
 
 constexpr std::string_view kNames[] = {"chiang", "kajiya-kay", "marschner", "deon", "tabulated"};
-constexpr Maker kMakers[] = {MakeChiang, Make<KajiyaKayMaterial>, Make<MarschnerMaterial>,
-                             Make<DEonMaterial>, Make<TabulatedMaterial>};
+constexpr Maker kMakers[] = {MakeChiang, Make<KajiyaKayMaterial>, Make<MarschnerMaterial>, Make<DEonMaterial>,
+                             Make<TabulatedMaterial>};
 static_assert(std::size(kNames) == std::size(kMakers));
 
 } // namespace

@@ -288,10 +288,10 @@ class Scene::Builder {
     static Groom ReadHairFileShape(const ParamSet &p, SegmentOptions *options, float *widthScale) {
         *widthScale *= p.FindFloat("widthscale", 1);
         options->segmentsPerStrand = p.FindInt("segments", 0);
-        constexpr int kMostSegments = 10000;
-        if (options->segmentsPerStrand < 0 || options->segmentsPerStrand > kMostSegments)
+        constexpr int kMostPerStrand = 10000;
+        if (options->segmentsPerStrand < 0 || options->segmentsPerStrand > kMostPerStrand)
             throw Error(p.loc, "\"segments\" must be 0 (as the file has them) to " +
-                                   std::to_string(kMostSegments) + ", not " +
+                                   std::to_string(kMostPerStrand) + ", not " +
                                    std::to_string(options->segmentsPerStrand));
         const float width = p.FindFloat("width", 0);
         if (p.Find("width") && !(width > 0))
