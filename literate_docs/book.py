@@ -15,7 +15,7 @@ In a chapter, beyond Markdown, $formulas$ and ⟨chunks⟩:
   ```values             the command is run and not shown; its output gives `name` the value that the regular expression's
   name = command => regular expression     group finds
   ```
-  ```figure ID          the plot that `cuticle figure ID` makes, with its caption
+  ```figure ID          the picture that `cuticle figure ID` makes, its caption in it
   ```
   ```chart NAME         the same of `cuticle chart NAME --quick`
   ```
@@ -60,6 +60,11 @@ class BookError(Exception):
 
 def slug(text):
     return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "x"
+
+
+def plain_caption(text):
+    """A caption without gnuplot's marks: {/:Italic S}, x_{min} and 10^{-3} become S, x_min and 10^-3."""
+    return re.sub(r"\{(?:/\S+ )?([^{}]*)\}", r"\1", text)
 
 
 def highlight(text):
@@ -266,9 +271,10 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             if not (self.folder_of(chapter) / f"{stem}.svg").exists():
                 raise BookError(chapter, line, f"`cuticle {kind} {argument}` made no {stem}.svg: {output[-200:]}")
             self.copied.append((chapter, f"{stem}.svg"))
-            picture = self.figure_name(chapter, f"{stem}.svg")
-            block = (f'<figure class="plot"><img src="figures/{picture}" alt="{html.escape(words[-1])}">'
-                     f"<figcaption>{html.escape(words[-1])} <code>cuticle {kind} {argument}</code></figcaption></figure>")
+            # The picture carries its caption, with what this run found. On a narrow window it opens alone, to be enlarged.
+            file = "figures/" + self.figure_name(chapter, f"{stem}.svg")
+            block = (f'<figure class="plot"><a href="{file}"><img src="{file}" alt="{html.escape(plain_caption(words[-1]))}"></a>'
+                     f"<figcaption><code>cuticle {kind} {argument}</code></figcaption></figure>")
         return "\n```{=html}\n" + self.hold(block) + "\n```\n" + "\n" * max(0, match[0].count("\n") - 4)
 
     @staticmethod

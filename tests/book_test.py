@@ -163,6 +163,9 @@ class Weaver(unittest.TestCase):
         self.assertIn("Add", re.sub(r"<[^>]+>", "", pages["index-names.html"]))
         self.assertNotIn("\x02", "".join(pages.values()))
 
+    def test_captions_lose_gnuplots_marks(self):
+        self.assertEqual(book.plain_caption("{/:Italic N}_{TT} from 10^{-8}; v = 1"), "N_TT from 10^-8; v = 1")
+
     def test_highlighting_keeps_the_text(self):
         for line in ['int a = 1.5e-3f; // "no string"', 'const char *s = "a // b"; char c = \'"\';', "#include <array>", "if (a < b && c > d) return Foo<Bar>(0x1p-24f);"]:
             plain = re.sub(r"<[^>]+>", "", book.highlight(line))
