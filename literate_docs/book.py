@@ -279,8 +279,16 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
 
     @staticmethod
     def commands(body):
-        joined = re.sub(r"\\\n\s*", "", body)
-        return [c for c in joined.splitlines() if c.strip()]
+        """The commands of a block, one a line; a line that leaves a quotation open goes on in the next."""
+        commands, begun = [], ""
+        for line in re.sub(r"\\\n\s*", "", body).splitlines():
+            begun += ("\n" if begun else "") + line
+            if begun.strip() and "unexpected EOF" in subprocess.run(["bash", "-n", "-c", begun], capture_output=True, text=True).stderr:
+                continue
+            if begun.strip():
+                commands.append(begun)
+            begun = ""
+        return commands + ([begun] if begun else [])
 
     def value(self, match, chapter):
         name, style = match[1], (match[2] or "").strip()
