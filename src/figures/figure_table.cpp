@@ -26,8 +26,10 @@ std::span<const Figure> Figures() {
          "Scattering in the incidence plane against θ_h for several θ_d, red and blue light, ± one standard "
          "error.",
          Marschner05, ""},
-        {"marschner-06", Plot, "Glints against φ along the specular cone, model over simulation.", nullptr,
-         ""},
+        {"marschner-06", Plot,
+         "TRT around an elliptical fiber (0.8:1, light along the minor axis), 10° off the specular cone; the "
+         "model dashed over the simulated fiber.",
+         Marschner06, ""},
         {"marschner-07", Plot,
          "TRT of an elliptical fiber around it, light in the normal plane, θ_r = 10°, by the azimuth φ_i of "
          "the light; "

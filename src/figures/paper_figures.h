@@ -10,6 +10,7 @@ FigureData Marschner01(const FigureOptions &options);
 FigureData Marschner09(const FigureOptions &options);
 FigureData Marschner04(const FigureOptions &options);
 FigureData Marschner05(const FigureOptions &options);
+FigureData Marschner06(const FigureOptions &options);
 FigureData Marschner07(const FigureOptions &options);
 FigureData Marschner08(const FigureOptions &options);
 FigureData Marschner10(const FigureOptions &options);
