@@ -118,7 +118,7 @@ def shares(folder):
 def main():
     if len(sys.argv) == 3 and sys.argv[1] == "--shares":
         return shares(pathlib.Path(sys.argv[2]))
-    if len(sys.argv) not in (2, 3):
+    if len(sys.argv) not in (2, 3) or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     folder, triangles = pathlib.Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) == 3 else 1_000_000
     folder.mkdir(parents=True, exist_ok=True)

@@ -177,21 +177,27 @@ TEST_P(FiberModel, IsFiniteAndNotNegative) {
     }
 }
 
+// A law of some models; of the others it is stated that they break it, by more than a tenth somewhere.
 TEST_P(FiberModel, Reciprocity) {
-    if (!GetParam().reciprocal)
-        GTEST_SKIP() << "not a law of this model";
     const auto bsdf = GetParam().make(0.3f);
     const laws::Reference value = ReferenceOf(*bsdf);
     const bool holdsCosine = std::string(GetParam().name).find("marschner") == std::string::npos;
     RNG rng(MixBits(9));
     const auto u = [&rng] { return static_cast<double>(rng.UniformFloat()); };
+    double worst = 0;
     for (int k = 0; k < 300; ++k) {
         const Vector3d a = laws::Direction(2.4 * u() - 1.2, 6.28 * u()),
                        b = laws::Direction(2.4 * u() - 1.2, 6.28 * u());
         // d'Eon's M_p holds the cosines; Marschner's S does not.
         const double forth = value(a, b).fCos[0] / (holdsCosine ? 1 : std::hypot(b.y, b.z)),
                      back = value(b, a).fCos[0] / (holdsCosine ? 1 : std::hypot(a.y, a.z));
-        EXPECT_NEAR(forth, back, 3e-3 * (forth + back) + 1e-5);
+        if (GetParam().reciprocal) {
+            EXPECT_NEAR(forth, back, 3e-3 * (forth + back) + 1e-5);
+        }
+        worst = std::max(worst, std::abs(forth - back) / (forth + back + 1e-5));
+    }
+    if (!GetParam().reciprocal) {
+        EXPECT_GT(worst, 0.1);
     }
 }
 
