@@ -226,6 +226,7 @@ struct CurveStatement {
     CurveBasis basis = CurveBasis::Bezier;
     int degree = 3;
     int material = 0;
+    const char *begin = nullptr; // of the word Shape
 
     void Clear() {
         P.clear(), N.clear();
@@ -298,11 +299,11 @@ class Parser {
     ShapeState CurrentState(int material);
 
     // Curves.
-    bool FastCurve();
+    bool FastCurve(const char *word);
     void SlowCurve(const ParamSet &params, const Token &word, int material);
     bool EmitCurve(const CurveStatement &c, std::string *error);
     void UpdateCurveTransform();
-    uint32_t GroupIndex(const CurveGroup &group);
+    uint32_t GroupIndex(const CurveGroup &group, const char *at);
     void MakeRoom(CurvePool *pool);
 
     struct File {
@@ -1340,7 +1341,7 @@ ShapeState Parser::CurrentState(int material) {
 
 void Parser::Shape(const Token &word) {
     RequireWorld(word);
-    if (options_.fastCurves && FastCurve())
+    if (options_.fastCurves && FastCurve(word.begin))
         return;
     const std::string type = ReadPluginName(word, PluginKind::Shape);
     ParamSet params = ReadParams(word);
@@ -1363,7 +1364,7 @@ void Parser::Shape(const Token &word) {
 
 // Reads a Shape "curve" from behind the word Shape without any allocation, if all of it is written in the ordinary way.
 // Otherwise leaves everything as it was and returns false: the general reader takes over, or says what is wrong.
-bool Parser::FastCurve() {
+bool Parser::FastCurve(const char *word) {
     const char *p = lexer().Cursor();
     const char *const end = lexer().Source().End();
     const auto skip = [&] {
@@ -1441,6 +1442,7 @@ bool Parser::FastCurve() {
     CurveStatement &c = statement_;
     c.Clear();
     c.material = state_.material;
+    c.begin = word;
     unsigned seen = 0;
     const auto first = [&](unsigned bit) { // whether this parameter comes the first time
         const bool isFirst = !(seen & bit);
@@ -1512,6 +1514,7 @@ void Parser::SlowCurve(const ParamSet &params, const Token &word, int material) 
     CurveStatement &c = statement_;
     c.Clear();
     c.material = material;
+    c.begin = word.begin;
     const auto fail = [&](const char *name, const std::string &message) {
         const Param *p = params.Find(name);
         Fail(p ? Place(word, *p) : word.begin, message);
@@ -1649,7 +1652,7 @@ bool Parser::EmitCurve(const CurveStatement &c, std::string *error) {
         }
 
     CurvePool *pool = object_ >= 0 ? &scene_.objects[static_cast<size_t>(object_)].curves : &scene_.curves;
-    const uint32_t group = GroupIndex({c.type, CurrentState(c.material)});
+    const uint32_t group = GroupIndex({c.type, CurrentState(c.material), {}}, c.begin);
     MakeRoom(pool);
     ++files_.back().curves;
     if (c.type != CurveType::Ribbon)
@@ -1663,7 +1666,7 @@ bool Parser::EmitCurve(const CurveStatement &c, std::string *error) {
                         &pool->ribbonNormals, error);
 }
 
-uint32_t Parser::GroupIndex(const CurveGroup &group) {
+uint32_t Parser::GroupIndex(const CurveGroup &group, const char *at) {
     if (lastGroupIndex_ != UINT32_MAX && lastGroup_.type == group.type && lastGroup_.state == group.state)
         return lastGroupIndex_;
     const uint64_t key =
@@ -1676,6 +1679,7 @@ uint32_t Parser::GroupIndex(const CurveGroup &group) {
     if (index == UINT32_MAX) {
         index = static_cast<uint32_t>(scene_.curveGroups.size());
         scene_.curveGroups.push_back(group);
+        scene_.curveGroups.back().loc = lexer().Loc(at);
         candidates.push_back(index);
     }
     lastGroup_ = group;

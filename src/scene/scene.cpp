@@ -11,6 +11,7 @@
 #include "shapes/strand_normals.h"
 
 #include <algorithm>
+#include <sstream>
 
 namespace cuticle {
 
@@ -318,7 +319,7 @@ class Scene::Builder {
         if (!MaterialOf(shape.state))
             return;
         const auto group = static_cast<uint32_t>(description_.curveGroups.size());
-        description_.curveGroups.push_back({CurveType::Flat, shape.state});
+        description_.curveGroups.push_back({CurveType::Flat, shape.state, shape.params.loc});
         GroupColors *colors = groom.hasColor ? &scene_.strandColors_[group] : nullptr;
         std::vector<CurveSegment> &segments = curves->segments;
         const size_t needed = segments.size() + ExpectedSegments(groom, options);
@@ -365,7 +366,35 @@ class Scene::Builder {
         WarnOfAbsentStrandColors();
     }
 
+    // No box can part curves that are wider than all of them together, and every ray would try every curve. A few are
+    // a jest and are drawn; more are a mistaken number, and a picture that takes for ever.
+    void RefuseGiantWidths(const std::vector<CurveSegment> &segments) const {
+        constexpr size_t kMostGiants = 1000;
+        Bounds3f bounds;
+        for (const CurveSegment &s : segments)
+            for (const Point3f &p : s.cp)
+                if (IsFinite(p))
+                    bounds.Extend(p);
+        const Vector3f d = bounds.Diagonal();
+        const float extent = std::max({d.x, d.y, d.z});
+        const CurveSegment *giant = nullptr;
+        size_t giants = 0;
+        for (const CurveSegment &s : segments)
+            if (std::max(s.width[0], s.width[1]) > extent) {
+                giant = giant ? giant : &s;
+                ++giants;
+            }
+        if (giants <= kMostGiants)
+            return;
+        std::ostringstream says;
+        says << giants << " curve segments are wider (" << std::max(giant->width[0], giant->width[1])
+             << ") than the box round all curves (" << extent
+             << "): give their \"width\" or \"widthscale\" in the units of the scene";
+        throw Error(description_.curveGroups[giant->group].loc, says.str());
+    }
+
     void FinishPart(CurvePool curves, Part *part) {
+        RefuseGiantWidths(curves.segments);
         part->solids.Commit();
         part->haveSolids = part->solids.Geometries() > 0;
         // Ribbon normals and strand colours go by the segments' numbers, which must stay then

@@ -61,6 +61,7 @@ struct ShapeEntity {
 struct CurveGroup {
     CurveType type = CurveType::Flat;
     ShapeState state;
+    FileLoc loc; // of the statement that opened the group
 };
 
 // The curves of a scene, already Bezier segments in world (or object-definition) space.

@@ -99,6 +99,9 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
     GroomParams many = MakeGroomParams("ball", "");
     many.strands = 14000, many.segments = 1;
     WriteHairFile((folder_ / "many.hair").string(), MakeGroom(many));
+    std::string giants;
+    for (int i = 0; i < 2000; ++i)
+        giants += "Shape \"curve\" \"point P\" [0 0 0 .3 0 0 .6 0 0 1 0 0] \"float width\" 1e36 ";
     const Row rows[] = {
         // Numbers
         {"Film \"image\" \"integer xresolution\" 1e999", "", "3:36: error: the number 1e999 is out of range"},
@@ -195,6 +198,12 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
          "5:1: error: there would be 4000000000 curve segments"},
         {"", "Shape \"hairfile\" \"string filename\" \"many.hair\" \"integer segments\" 10000",
          "5:1: error: there would be 140000001 curve segments"},
+        {"", "Shape \"hairfile\" \"string filename\" \"many.hair\" \"float widthscale\" 1e36",
+         "5:1: error: 14000 curve segments are wider"},
+        {"", "Shape \"hairfile\" \"string filename\" \"many.hair\" \"float width\" 1e36",
+         "5:1: error: 14000 curve segments are wider"},
+        {"", "Shape \"groom\" \"integer strands\" 2000 \"float width\" 1e36", "5:1: error: "},
+        {"", giants.c_str(), "5:1: error: 2000 curve segments are wider"},
         {"", "Shape \"groomhead\" \"float spacing\" 1e-30", "5:1: error: the spacing"},
         {"", "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0]", "5:1: error: Shape \"curve\""},
         {"", "Scale 1e38 1 1 Shape \"curve\" \"point P\" [3e38 0 0 3e38 0 0 2 0 0 3 0 0]",
