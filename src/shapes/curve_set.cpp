@@ -192,6 +192,41 @@ double StrayFromChord(const PieceShape &shape) {
 }
 //<
 
+//> Find a capsule that holds a piece
+struct Capsule {
+    Vector3d p, e; // the axis: its beginning and extent
+    double radius;
+};
+
+// The largest of a cubic's control points in length, after it was halved twice: not far above the longest vector of the
+// curve itself.
+double Longest(const std::array<Vector3d, 4> &c, int halvings) {
+    if (halvings == 0)
+        return std::sqrt(std::max({c[0].LengthSquared(), c[1].LengthSquared(), c[2].LengthSquared(),
+                                   c[3].LengthSquared()}));
+    const Vector3d a = (c[0] + c[1]) * 0.5, m = (c[1] + c[2]) * 0.5, b = (c[2] + c[3]) * 0.5;
+    const Vector3d am = (a + m) * 0.5, mb = (m + b) * 0.5, mid = (am + mb) * 0.5;
+    return std::max(Longest({c[0], a, am, mid}, halvings - 1), Longest({mid, mb, b, c[3]}, halvings - 1));
+}
+
+Capsule CapsuleOf(const PieceShape &shape) {
+    const Vector3d &p = shape.p[0], e = shape.p[3] - p;
+    const double e2 = e.LengthSquared();
+    const Vector3d q1 = shape.p[1] - p, q2 = shape.p[2] - p;
+    const double s1 = Dot(q1, e), s2 = Dot(q2, e);
+    //> Leave the axis on the chord where the piece overshoots it
+    if (!(e2 > 0 && s1 >= 0 && s1 <= e2 && s2 >= 0 && s2 <= e2))
+        return {p, e, shape.radius + StrayFromChord(shape)};
+    //<
+    //> Move the axis to the middle of the bow
+    const Vector3d off1 = q1 - e * (s1 / e2), off2 = q2 - e * (s2 / e2);
+    const Vector3d shift = (off1 + off2) * (3. / 16);
+    return {p + shift, e,
+            shape.radius + Longest({Vector3d() - shift, off1 - shift, off2 - shift, Vector3d() - shift}, 2)};
+    //<
+}
+//<
+
 //> Declare the builder of the tree
 class Builder {
   public:
@@ -422,10 +457,6 @@ void Builder::BuildNode(const Range &range, int depth, std::vector<Node> *nodes)
 //<
 
 //> Write a leaf
-struct Capsule {
-    Vector3d p, e; // the chord's beginning and extent
-    double radius;
-};
 void WriteLeaf(const std::vector<Capsule> &capsules, const std::vector<uint32_t> &pieces,
                unsigned char *data) {
     //> Choose the frame of a leaf
@@ -599,7 +630,7 @@ void CurveSet::Data::WriteLeaves(std::vector<Node> *built, const std::vector<Ref
                     const PieceShape shape =
                         ShapeOfPiece(segments[piece >> tree.split], &pieceMatrix[16 * size_t(j)],
                                      j * share - kPieceSlack, (j + 1) * share + kPieceSlack);
-                    capsules[k] = {shape.p[0], shape.p[3] - shape.p[0], shape.radius + StrayFromChord(shape)};
+                    capsules[k] = CapsuleOf(shape);
                 }
                 WriteLeaf(capsules, pieces, leaves.Data() + kLeafUnit * size_t(c & kLeafPlaceMask));
                 ++leaf;
