@@ -202,8 +202,8 @@ struct Capsule {
 // curve itself.
 double Longest(const std::array<Vector3d, 4> &c, int halvings) {
     if (halvings == 0)
-        return std::sqrt(std::max({c[0].LengthSquared(), c[1].LengthSquared(), c[2].LengthSquared(),
-                                   c[3].LengthSquared()}));
+        return std::sqrt(std::max(
+            {c[0].LengthSquared(), c[1].LengthSquared(), c[2].LengthSquared(), c[3].LengthSquared()}));
     const Vector3d a = (c[0] + c[1]) * 0.5, m = (c[1] + c[2]) * 0.5, b = (c[2] + c[3]) * 0.5;
     const Vector3d am = (a + m) * 0.5, mb = (m + b) * 0.5, mid = (am + mb) * 0.5;
     return std::max(Longest({c[0], a, am, mid}, halvings - 1), Longest({mid, mb, b, c[3]}, halvings - 1));

@@ -677,7 +677,7 @@ CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
                         next = swap;
                     }
                     int place = top++;
-                    while (place > bottom && stack[place - 1].enter < next.enter) {
+                    while (!Any && place > bottom && stack[place - 1].enter < next.enter) {
                         stack[place] = stack[place - 1];
                         --place;
                     }
