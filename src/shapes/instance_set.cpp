@@ -1,10 +1,9 @@
 #include "shapes/instance_set.h"
 
 #include "core/error.h"
+#include "shapes/embree_device.h"
 
-#include <atomic>
-#include <embree3/rtcore.h>
-#include <string>
+#include <algorithm>
 #include <vector>
 
 namespace cuticle {
@@ -64,29 +63,19 @@ RTCRay ToEmbree(const Ray &ray) {
             0xffffffffu, 0,       0};
 }
 
-bool CountMemory(void *counter, ssize_t bytes, bool) {
-    static_cast<std::atomic<ssize_t> *>(counter)->fetch_add(bytes, std::memory_order_relaxed);
-    return true;
-}
-
 } // namespace
 
 struct InstanceSet::Impl {
-    std::atomic<ssize_t> embreeBytes{0};
-    RTCDevice device = rtcNewDevice(nullptr);
+    std::shared_ptr<EmbreeDevice> device = EmbreeDevice::Shared();
     RTCScene scene = nullptr;
+    ptrdiff_t embreeBytes = 0;
     std::vector<Instance> instances;
     Bounds3f bound;
 
-    Impl() {
-        if (!device)
-            throw Error("Embree cannot start (error " + std::to_string(rtcGetDeviceError(nullptr)) + ")");
-        rtcSetDeviceMemoryMonitorFunction(device, CountMemory, &embreeBytes);
-    }
+    Impl() = default;
     ~Impl() {
         if (scene)
             rtcReleaseScene(scene);
-        rtcReleaseDevice(device);
     }
     Impl(const Impl &) = delete;
     Impl &operator=(const Impl &) = delete;
@@ -131,10 +120,11 @@ void InstanceSet::Commit() {
         return;
     Impl &i = *impl_;
     i.instances.shrink_to_fit();
-    i.scene = rtcNewScene(i.device);
+    const EmbreeBill bill(*i.device, &i.embreeBytes);
+    i.scene = rtcNewScene(*i.device);
     rtcSetSceneFlags(i.scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(i.scene, RTC_BUILD_QUALITY_HIGH);
-    RTCGeometry geometry = rtcNewGeometry(i.device, RTC_GEOMETRY_TYPE_USER);
+    RTCGeometry geometry = rtcNewGeometry(*i.device, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(i.instances.size()));
     rtcSetGeometryUserData(geometry, i.instances.data());
     rtcSetGeometryBoundsFunction(geometry, Bound, nullptr);
@@ -144,9 +134,7 @@ void InstanceSet::Commit() {
     rtcAttachGeometry(i.scene, geometry);
     rtcReleaseGeometry(geometry);
     rtcCommitScene(i.scene);
-    if (const RTCError error = rtcGetDeviceError(i.device); error != RTC_ERROR_NONE)
-        throw Error("Embree: cannot build over the instances: error " +
-                    std::to_string(static_cast<int>(error)));
+    i.device->Check("cannot build over the instances");
 }
 
 bool InstanceSet::Intersect(const Ray &ray, Meet meet, void *query) const {
@@ -177,7 +165,7 @@ const Transform &InstanceSet::ObjectToWorld(uint32_t instance) const {
 Bounds3f InstanceSet::WorldBound() const { return impl_ ? impl_->bound : Bounds3f(); }
 size_t InstanceSet::Size() const { return impl_ ? impl_->instances.size() : 0; }
 size_t InstanceSet::MemoryBytes() const {
-    return impl_ ? static_cast<size_t>(impl_->embreeBytes.load()) +
+    return impl_ ? static_cast<size_t>(std::max<ptrdiff_t>(impl_->embreeBytes, 0)) +
                        impl_->instances.capacity() * sizeof(Instance)
                  : 0;
 }

@@ -2,10 +2,9 @@
 
 #include "core/error.h"
 #include "core/sampling.h"
+#include "shapes/embree_device.h"
 
-#include <atomic>
 #include <cstring>
-#include <embree3/rtcore.h>
 #include <mutex>
 #include <string>
 #include <tbb/task_arena.h>
@@ -538,11 +537,6 @@ struct Geometry {
     std::unique_ptr<Quadric> quadric;
 };
 
-bool MemoryMonitor(void *counter, ssize_t bytes, bool) {
-    static_cast<std::atomic<ssize_t> *>(counter)->fetch_add(bytes, std::memory_order_relaxed);
-    return true;
-}
-
 // Turns a density per area into one per solid angle; 0 or infinity where the surface is seen edge-on.
 float SolidAnglePdf(float pdfArea, const Point3f &ref, const Point3f &p, const Normal3f &n) {
     const Vector3d w = Vector3d(p) - Vector3d(ref);
@@ -563,42 +557,30 @@ Point3f OffsetRayOrigin(const Point3f &p, const Vector3f &pError, const Normal3f
 }
 
 struct SolidSet::Impl {
-    std::atomic<ssize_t> embreeBytes{0};
-    RTCDevice device = nullptr;
+    std::shared_ptr<EmbreeDevice> device = EmbreeDevice::Shared();
     RTCScene scene = nullptr;
+    ptrdiff_t embreeBytes = 0;
     std::vector<Geometry> geometries;
     Bounds3f bound;
     bool committed = false;
 
     Impl() {
-        device = rtcNewDevice(nullptr);
-        if (!device)
-            throw Error("Embree cannot start (error " + std::to_string(rtcGetDeviceError(nullptr)) + ")");
-        rtcSetDeviceMemoryMonitorFunction(device, MemoryMonitor, &embreeBytes);
-        scene = rtcNewScene(device);
+        const EmbreeBill bill(*device, &embreeBytes);
+        scene = rtcNewScene(*device);
         rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
         rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+        device->Check("cannot make a scene");
     }
-    ~Impl() {
-        rtcReleaseScene(scene);
-        rtcReleaseDevice(device);
-    }
+    ~Impl() { rtcReleaseScene(scene); }
     Impl(const Impl &) = delete;
     Impl &operator=(const Impl &) = delete;
 
-    void Check(const char *what) const {
-        if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE)
-            throw Error(std::string("Embree: ") + what +
-                        (error == RTC_ERROR_OUT_OF_MEMORY
-                             ? ": out of memory"
-                             : ": error " + std::to_string(static_cast<int>(error))));
-    }
     uint32_t NextId() const { return static_cast<uint32_t>(geometries.size()); }
     void Attach(RTCGeometry geometry, uint32_t id) const {
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(scene, geometry, id);
         rtcReleaseGeometry(geometry);
-        Check("cannot add a shape");
+        device->Check("cannot add a shape");
     }
     uint32_t Add(std::unique_ptr<Quadric> quadric, uint32_t shapeId, const char *name);
     bool Query(const Ray &ray) const {
@@ -676,9 +658,10 @@ uint32_t SolidSet::AddMesh(TriangleMesh given, uint32_t shapeId, bool flipNormal
 
     const uint32_t id = impl_->NextId();
     if (kept > 0) {
+        const EmbreeBill bill(*impl_->device, &impl_->embreeBytes);
         // Embree reads 16 bytes for each vertex of 12: one spare behind the last.
         m.p.reserve(m.p.size() + 1);
-        RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        RTCGeometry geometry = rtcNewGeometry(*impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, m.p.data(), 0,
                                    sizeof(Point3f), m.p.size());
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, m.indices.data(), 0,
@@ -706,7 +689,8 @@ uint32_t SolidSet::Impl::Add(std::unique_ptr<Quadric> quadric, uint32_t shapeId,
         if (!IsUsable(b.pMin) || !IsUsable(b.pMax))
             throw Error(std::string(name) + ": its coordinates are not finite or beyond 1e18");
         bound.Extend(b);
-        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+        const EmbreeBill bill(*device, &embreeBytes);
+        RTCGeometry geometry = rtcNewGeometry(*device, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryUserPrimitiveCount(geometry, 1);
         rtcSetGeometryUserData(geometry, quadric.get());
         rtcSetGeometryBoundsFunction(geometry, QuadricBounds, nullptr);
@@ -866,11 +850,12 @@ uint32_t SolidSet::AddHyperboloid(const Transform &objectToWorld, const Point3f 
 }
 
 void SolidSet::Commit() {
+    const EmbreeBill bill(*impl_->device, &impl_->embreeBytes);
     // In one thread: where two triangles tie on an edge, the tree decides, and it must not depend on how
     // many threads built it.
     tbb::task_arena one(1);
     one.execute([this] { rtcCommitScene(impl_->scene); });
-    impl_->Check("cannot build");
+    impl_->device->Check("cannot build");
     impl_->committed = true;
 }
 
@@ -947,7 +932,7 @@ Bounds3f SolidSet::WorldBound() const { return impl_->bound; }
 size_t SolidSet::Geometries() const { return impl_->geometries.size(); }
 
 size_t SolidSet::MemoryBytes() const {
-    size_t bytes = static_cast<size_t>(std::max<ssize_t>(impl_->embreeBytes, 0)) +
+    size_t bytes = static_cast<size_t>(std::max<ptrdiff_t>(impl_->embreeBytes, 0)) +
                    impl_->geometries.capacity() * sizeof(Geometry);
     for (const Geometry &g : impl_->geometries) {
         if (g.quadric)

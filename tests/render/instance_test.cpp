@@ -106,6 +106,28 @@ TEST(Instances, AHundredThousandTuftsTakeLittleMemory) {
     EXPECT_TRUE(si.isCurve);
 }
 
+// Every object keeps surfaces of its own; the library under them must not run out of anything.
+TEST(Instances, ThousandsOfObjectsStandBesideOneAnother) {
+    constexpr int kObjects = 3000;
+    std::string world;
+    for (int i = 0; i < kObjects; ++i) {
+        const std::string name = "\"o" + std::to_string(i) + "\"";
+        world += "ObjectBegin " + name +
+                 " Shape \"sphere\" \"float radius\" 0.4 ObjectEnd TransformBegin Translate " +
+                 std::to_string(i) + " 0 0 ObjectInstance " + name + " TransformEnd\n";
+    }
+    const Made made = Make(world);
+    EXPECT_EQ(made.scene->Instances(), static_cast<size_t>(kObjects));
+    for (int i = 0; i < kObjects; ++i) {
+        SceneRay ray;
+        ray.ray = {{static_cast<float>(i), 5, 0}, {0, -1, 0}};
+        SurfaceInteraction si;
+        ASSERT_TRUE(made.scene->Intersect(ray, &si)) << i;
+        EXPECT_EQ(si.instance, i);
+        EXPECT_NEAR(si.t, 4.6, 1e-4);
+    }
+}
+
 // White hair vanishes in a white dome from within instances of any size: no light is lost where a ray leaves its hair.
 TEST(Instances, WhiteHairVanishesAtEveryScale) {
     for (const double scale : {1e-3, 1., 1e3}) {

@@ -1,0 +1,40 @@
+#include "shapes/embree_device.h"
+
+#include "core/error.h"
+
+#include <mutex>
+#include <string>
+
+namespace cuticle {
+
+EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
+    if (!device_)
+        throw Error("Embree cannot start (error " + std::to_string(rtcGetDeviceError(nullptr)) + ")");
+    rtcSetDeviceMemoryMonitorFunction(
+        device_,
+        [](void *counter, ssize_t bytes, bool) {
+            static_cast<std::atomic<ptrdiff_t> *>(counter)->fetch_add(bytes, std::memory_order_relaxed);
+            return true;
+        },
+        &bytes_);
+}
+
+std::shared_ptr<EmbreeDevice> EmbreeDevice::Shared() {
+    static std::mutex mutex;
+    static std::weak_ptr<EmbreeDevice> shared;
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::shared_ptr<EmbreeDevice> device = shared.lock();
+    if (!device)
+        shared = device = std::shared_ptr<EmbreeDevice>(new EmbreeDevice);
+    return device;
+}
+
+void EmbreeDevice::Check(const char *what) const {
+    if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE)
+        throw Error(std::string("Embree: ") + what +
+                    (error == RTC_ERROR_OUT_OF_MEMORY
+                         ? ": out of memory"
+                         : ": error " + std::to_string(static_cast<int>(error))));
+}
+
+} // namespace cuticle
