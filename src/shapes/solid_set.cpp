@@ -385,7 +385,7 @@ struct Quadric {
         if (empty)
             return 0;
         // The mean of 1 / density over the samples; midpoint rule.
-        constexpr int kSteps = 64;
+        constexpr int kSteps = 16;
         double sum = 0;
         Vector3d p;
         for (int i = 0; i < kSteps; ++i)
