@@ -26,7 +26,8 @@ inline GaussLegendreRule MakeGaussLegendreRule(size_t n) {
                step = 1;
         for (int k = 0; k < 20 && std::abs(step) > 1e-16; ++k) {
             double before = 1, p = x;
-            for (double m = 2; m <= degree; ++m) {
+            for (size_t order = 2; order <= n; ++order) {
+                const auto m = static_cast<double>(order);
                 const double next = ((2 * m - 1) * x * p - (m - 1) * before) / m;
                 before = p, p = next;
             }
