@@ -141,6 +141,15 @@ Rendering RenderPeer(const Peer &peer, const std::string &file) {
     return {std::move(image), seconds};
 }
 
+// Makes a logarithmic axis reach a little beyond these numbers.
+void Stretch(PlotAxis *axis, const std::vector<double> &values) {
+    for (const double v : values)
+        if (v > 0 && std::isfinite(v)) {
+            axis->min = std::min(axis->min.value_or(v / 1.2), v / 1.2);
+            axis->max = std::max(axis->max.value_or(v * 1.2), v * 1.2);
+        }
+}
+
 } // namespace
 
 FigureData RenderChart(const FigureOptions &options) {
@@ -231,6 +240,10 @@ FigureData RenderChart(const FigureOptions &options) {
             panel.series.push_back(point);
         }
         panel.series.push_back(ParetoSteps(points, 0, std::numeric_limits<double>::infinity()));
+        for (const PlotSeries &series : panel.series) {
+            Stretch(&panel.x, series.x);
+            Stretch(&panel.y, series.y);
+        }
         data.plot.panels.push_back(panel);
 
         // The error of independent samples falls as 1 / spp: the slope of the logarithms, by the ends.
