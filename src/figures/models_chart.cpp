@@ -52,14 +52,15 @@ FiberDescription Described(const Fiber &fiber, std::vector<double> absorptions) 
     return description;
 }
 
-// A table with every absorption of the grid as a level.
-std::shared_ptr<const FiberTable> TableOf(const Fiber &fiber) {
+// A table with every absorption of the grid as a level, as scenes have it; the quick one of half the rays.
+std::shared_ptr<const FiberTable> TableOf(const Fiber &fiber, bool quick) {
     std::vector<double> levels;
     for (const double sigmaA : kAbsorptions)
         for (const float s : BrownOf(sigmaA))
             levels.push_back(static_cast<double>(s));
     const FiberDescription description = Described(fiber, levels);
-    return std::make_shared<const FiberTable>(description, FiberTable::UsualSamples(description));
+    return std::make_shared<const FiberTable>(description,
+                                              FiberTable::UsualSamples(description) / (quick ? 2 : 1));
 }
 
 // --- the models: what is fitted, in logarithms but for tilts --------------------------------------------------------
@@ -435,7 +436,7 @@ std::vector<Fiber> GridOfFibers(bool quick) {
         for (const double roughness : quick ? std::vector<double>{0.3} : std::vector<double>{0.1, 0.3})
             for (const double alpha : quick ? std::vector<double>{3} : std::vector<double>{0, 3}) {
                 Fiber fiber{roughness, alpha, axisRatio, 0, nullptr};
-                fiber.table = TableOf(fiber);
+                fiber.table = TableOf(fiber, quick);
                 for (const double sigmaA : kAbsorptions) {
                     fiber.sigmaA = sigmaA;
                     fibers.push_back(fiber);
@@ -517,7 +518,7 @@ FigureData ModelsChart(const FigureOptions &options) {
         // An odd stride, so that all azimuths and inclinations have their turn.
         const size_t stride = places.size() / 500 | 1;
         if (!model.start.empty())
-            fitted[i] = LeastOf(model.start, quick ? 80 : 200, [&](const Parameters &x) {
+            fitted[i] = LeastOf(model.start, quick ? 60 : 200, [&](const Parameters &x) {
                 const double error = RelativeError(places, stride, model.farField(fiber, x));
                 return std::isfinite(error) ? error : 1e9;
             });
