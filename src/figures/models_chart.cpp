@@ -548,7 +548,7 @@ FigureData ModelsChart(const FigureOptions &options) {
         std::vector<AtHit> atHit;
         for (size_t k = 0; k < models.size(); ++k)
             atHit.push_back(models[k].atHit(fiber, fitted[i * models.size() + k]));
-        const std::vector<Cost> costs = CostsOf(atHit, queries, quick ? 1 : 3);
+        const std::vector<Cost> costs = CostsOf(atHit, queries, 3);
         for (size_t k = 0; k < models.size(); ++k) {
             const Scattering f = models[k].farField(fiber, fitted[i * models.size() + k]);
             const auto litAt = [&](double theta) {
