@@ -18,6 +18,10 @@ class FiberTable {
     // samples: rays for each direction of the viewer. Throws Error where SimulateFiber does, and for levels that do
     // not ascend. Directions are simulated in parallel.
     FiberTable(const FiberDescription &fiber, uint64_t samples);
+    // Rays for each direction that make a table good enough for pictures, and soon: see the chapter.
+    static uint64_t UsualSamples(const FiberDescription &fiber) {
+        return fiber.axisRatio == 1 ? 16384 : 2048;
+    }
     // The same table for the same parameters, while somebody holds it; the newest is always held.
     static std::shared_ptr<const FiberTable> Cached(const FiberDescription &fiber, uint64_t samples);
 

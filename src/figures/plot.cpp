@@ -162,12 +162,15 @@ void AddSeries(const PlotSeries &s, size_t order, const std::string &rows, Drawi
                      kColors[Cycled(s.color, order, kColors.size())] + "' notitle");
 }
 
-// The numbers 1, 2 and 5 times powers of ten on a logarithmic axis, in brackets.
+// The numbers 1, 2 and 5 (over more than two decades, where they would meet, 1 and 3) times powers of ten on a logarithmic
+// axis, in brackets.
 std::string LogTics(double min, double max) {
+    const std::vector<double> steps =
+        max / min > 100 ? std::vector<double>{1, 3} : std::vector<double>{1, 2, 5};
     std::string tics;
     for (double power = std::pow(10, std::floor(std::log10(min))); power <= max; power *= 10)
-        for (const double x : {power, 2 * power, 5 * power})
-            if (x >= min && x <= max)
+        for (const double step : steps)
+            if (const double x = step * power; x >= min && x <= max)
                 tics += (tics.empty() ? "(" : ", ") + Number(x);
     return tics.empty() ? "autofreq" : tics + ")";
 }

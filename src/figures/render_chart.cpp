@@ -3,6 +3,7 @@
 #include "figures/charts.h"
 #include "figures/cost.h"
 #include "render/compare.h"
+#include "render/film.h"
 #include "render/renderer.h"
 #include "scene/hair_models.h"
 
@@ -68,19 +69,48 @@ std::string ShellWord(const std::string &text) {
     return word + "'";
 }
 
-// Runs the other renderer on the scene and reads its picture. Throws Error if it fails or leaves no picture.
+// A temporary folder, removed with all that is in it.
+class TemporaryFolder {
+  public:
+    TemporaryFolder() : path_((std::filesystem::temp_directory_path() / "cuticle-peer-XXXXXX").string()) {
+        if (mkdtemp(path_.data()) == nullptr)
+            throw Error("cannot make a temporary folder " + path_);
+    }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder &) = delete;
+    TemporaryFolder &operator=(const TemporaryFolder &) = delete;
+    const std::string &Path() const { return path_; }
+
+  private:
+    std::string path_;
+};
+
+// Runs a command and waits for it; "" if it exits with status 0, else what became of it.
+std::string RunByShell(std::string command) {
+    std::string shell = "sh", option = "-c";
+    char *const words[] = {shell.data(), option.data(), command.data(), nullptr};
+    pid_t child = 0;
+    int status = 0;
+    if (posix_spawnp(&child, "sh", nullptr, nullptr, words, environ) != 0 ||
+        waitpid(child, &status, 0) != child)
+        return "cannot be run";
+    if (WIFSIGNALED(status))
+        return "was ended by signal " + std::to_string(WTERMSIG(status));
+    return WEXITSTATUS(status) == 0 ? "" : "ended with status " + std::to_string(WEXITSTATUS(status));
+}
+
+std::string PixelsOf(int width, int height) {
+    return std::to_string(width) + " x " + std::to_string(height) + " pixels";
+}
+
+// Runs the other renderer on the scene and reads its picture. Throws Error, with the command, if it fails or leaves no
+// picture of the size that the scene asks for.
 Rendering RenderPeer(const Peer &peer, const std::string &file) {
-    std::string folder = (std::filesystem::temp_directory_path() / "cuticle-peer-XXXXXX").string();
-    if (mkdtemp(folder.data()) == nullptr)
-        throw Error("cannot make a temporary folder for the peer " + peer.name);
-    struct Remover {
-        std::string folder;
-        ~Remover() {
-            std::error_code ignored;
-            std::filesystem::remove_all(folder, ignored);
-        }
-    } const remover{folder};
-    const std::string out = folder + "/picture.exr";
+    const TemporaryFolder folder;
+    const std::string out = folder.Path() + "/picture.exr";
     std::string command = peer.command;
     for (const auto &[mark, text] :
          {std::pair("{scene}", std::filesystem::absolute(file).string()), std::pair("{out}", out)})
@@ -89,25 +119,43 @@ Rendering RenderPeer(const Peer &peer, const std::string &file) {
             command.replace(at, std::string(mark).size(), word);
             at += word.size();
         }
+    const auto refused = [&](const std::string &what) {
+        return Error("the peer " + peer.name + " " + what + "; its command: " + command);
+    };
     const auto from = std::chrono::steady_clock::now();
-    std::string shell = "sh", option = "-c";
-    char *const words[] = {shell.data(), option.data(), command.data(), nullptr};
-    pid_t child = 0;
-    int status = 0;
-    if (posix_spawnp(&child, "sh", nullptr, nullptr, words, environ) != 0 ||
-        waitpid(child, &status, 0) != child)
-        throw Error("cannot run the peer " + peer.name + ": " + command);
+    if (const std::string failure = RunByShell(command); !failure.empty())
+        throw refused(failure);
     const double seconds = SecondsSince(from);
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-        throw Error("the peer " + peer.name + " failed: " + command);
-    return {ReadImage(out), seconds};
+    if (!std::filesystem::exists(out))
+        throw refused("wrote no picture to {out}, an .exr file");
+    Image image;
+    try {
+        image = ReadImage(out);
+    } catch (const Error &e) {
+        throw refused("wrote a picture that cannot be read (" + Reason(e) + ")");
+    }
+    const Point2i asked = Film(ParseScene(file).film, {}).Resolution();
+    if (image.width != asked.x || image.height != asked.y)
+        throw refused("made a picture of " + PixelsOf(image.width, image.height) + ", the scene asks for " +
+                      PixelsOf(asked.x, asked.y));
+    return {std::move(image), seconds};
+}
+
+// Makes a logarithmic axis reach a little beyond these numbers.
+void Stretch(PlotAxis *axis, const std::vector<double> &values) {
+    for (const double v : values)
+        if (v > 0 && std::isfinite(v)) {
+            axis->min = std::min(axis->min.value_or(v / 1.2), v / 1.2);
+            axis->max = std::max(axis->max.value_or(v * 1.2), v * 1.2);
+        }
 }
 
 } // namespace
 
 FigureData RenderChart(const FigureOptions &options) {
-    // Other renderers make whole pictures; among ourselves small ones show the same, sooner.
-    const bool quarter = options.peers.empty();
+    // Other renderers make whole pictures; among ourselves small ones show the same, sooner. Our models stay among
+    // themselves: each has a reference of its own.
+    const bool quarter = options.peers.empty(), withModels = quarter && !options.quick;
     std::vector<Way> ways = {
         {"path", "path", "", "", 0, PlotDash::Solid},
         {"path, random sampler", "path", "random", "", 5, PlotDash::Dashed},
@@ -116,7 +164,7 @@ FigureData RenderChart(const FigureOptions &options) {
     const int modelColors[] = {2, 3, 4, 6, 7};
     size_t models = 0;
     for (const std::string_view model : HairModelNames())
-        if (model != "chiang" && !options.quick)
+        if (model != "chiang" && withModels)
             ways.push_back({"path, " + std::string(model), "path", "", std::string(model),
                             modelColors[models++ % 5], PlotDash::DashDot});
     const std::vector<std::string> scenes = options.quick ? std::vector<std::string>{"curve-types"}
@@ -127,8 +175,15 @@ FigureData RenderChart(const FigureOptions &options) {
 
     FigureData data{Table({"scene", "way", "spp", "relative_MSE", "seconds"}), {}, "", {}};
     data.plot.width = 900, data.plot.height = 420;
+    const auto fileOf = [&](const std::string &scene) { return options.scenes + "/" + scene + ".pbrt"; };
+    // First of all, since they may fail. Each runs once.
+    std::vector<Rendering> peerPictures;
+    for (const std::string &scene : scenes)
+        for (const Peer &peer : options.peers)
+            peerPictures.push_back(RenderPeer(peer, fileOf(scene)));
+    auto peerPicture = peerPictures.cbegin();
     for (const std::string &scene : scenes) {
-        const std::string file = options.scenes + "/" + scene + ".pbrt";
+        const std::string file = fileOf(scene);
         // Each model's own picture is its reference; integrators and samplers are held against path's.
         std::vector<Image> references;
         for (const Way &way : ways) {
@@ -170,8 +225,12 @@ FigureData RenderChart(const FigureOptions &options) {
             panel.series.push_back(line);
         }
         for (const Peer &peer : options.peers) {
-            const Rendering r = RenderPeer(peer, file);
-            const double e = Compare(r.image, references[0]).relativeMSE;
+            const Rendering &r = *peerPicture++;
+            const Comparison comparison = Compare(r.image, references[0]);
+            const double e = comparison.relativeMSE;
+            if (comparison.badPixels > 0)
+                data.note += PlainText(peer.name) + " has " + std::to_string(comparison.badPixels) + " of " +
+                             scene + "'s pixels that are no numbers, which are left out. ";
             data.table.Add({scene, peer.name, NAN, e, r.seconds});
             PlotSeries point;
             point.label = PlainText(peer.name);
@@ -181,6 +240,10 @@ FigureData RenderChart(const FigureOptions &options) {
             panel.series.push_back(point);
         }
         panel.series.push_back(ParetoSteps(points, 0, std::numeric_limits<double>::infinity()));
+        for (const PlotSeries &series : panel.series) {
+            Stretch(&panel.x, series.x);
+            Stretch(&panel.y, series.y);
+        }
         data.plot.panels.push_back(panel);
 
         // The error of independent samples falls as 1 / spp: the slope of the logarithms, by the ends.
@@ -193,11 +256,11 @@ FigureData RenderChart(const FigureOptions &options) {
             {scene + ": direct light alone differs at most samples by more than path does, times",
              error[3 * n - 1] / error[n - 1], 1, std::numeric_limits<double>::infinity()});
     }
-    data.note = Printed("References: path at %.0f samples, another seed; each model against its own. ",
-                        referenceSamples) +
-                "The front is that of the scene's own model. Least time of " + std::to_string(rounds) +
-                (rounds == 1 ? " run." : " runs in turn.") +
-                (quarter ? " Pictures of a quarter of the scene's resolution each way." : "");
+    data.note += Printed("References: path at %.0f samples, another seed; each model against its own. ",
+                         referenceSamples) +
+                 "The front is that of the scene's own model. Least time of " + std::to_string(rounds) +
+                 (rounds == 1 ? " run." : " runs in turn.") +
+                 (quarter ? " Pictures of a quarter of the scene's resolution each way." : "");
     return data;
 }
 

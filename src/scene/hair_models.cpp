@@ -277,7 +277,7 @@ class TabulatedMaterial : public Material {
         fiber.medullaRatio = number("medulla_ratio", 0);
         fiber.medullaSigmaS = number("medulla_sigma_s", 0), fiber.medullaG = number("medulla_g", 0);
         fiber.sigmaA = Levels(params);
-        const int samples = params.FindInt("samples", 16384);
+        const int samples = params.FindInt("samples", static_cast<int>(FiberTable::UsualSamples(fiber)));
         if (samples < 1 || samples > 100'000'000)
             throw Error(params.Find("samples")->loc,
                         "\"samples\" must be 1 to 100 million, not " + std::to_string(samples));

@@ -1,5 +1,7 @@
 // The charts: what they share, and the laws of what each measures. Times are looked at by nobody here.
+#include "core/error.h"
 #include "core/file.h"
+#include "core/image.h"
 #include "figures/cost.h"
 #include "figures/figure.h"
 
@@ -55,6 +57,77 @@ TEST_P(EveryChart, KeepsItsLaws) {
 }
 INSTANTIATE_TEST_SUITE_P(All, EveryChart, ::testing::ValuesIn(Charts().begin(), Charts().end()),
                          [](const auto &tested) { return std::string(tested.param.name); });
+
+// Another renderer beside ours, on a scene of 20 x 10 pixels in a folder whose name a shell would take apart.
+class PeerOfOurs : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = ::testing::TempDir() + "it's a \"folder\"";
+        std::filesystem::create_directories(folder_);
+        WriteFileAtomically(folder_ + "/curve-types.pbrt", R"(
+LookAt 0 0 3 0 0 0 0 1 0 Camera "perspective" "float fov" 40
+Film "image" "integer xresolution" 20 "integer yresolution" 10
+WorldBegin LightSource "infinite" Material "hair"
+Shape "curve" "point P" [-1 0 0 0 1 0 0 -1 0 1 0 0] "float width" .2
+WorldEnd
+)");
+        Write("black.exr", 20, 10, 0);
+        Write("small.exr", 4, 3, 0);
+        Write("broken.exr", 20, 10, NAN);
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    FigureData Chart(const std::string &command) const {
+        FigureOptions options;
+        options.quick = true;
+        options.scenes = folder_;
+        options.peers = {{"Peer", command}};
+        return FindChart("render").make(options);
+    }
+    // A command that hands in one of the pictures above.
+    static std::string HandIn(const std::string &picture) {
+        return "cp \"$(dirname {scene})/" + picture + "\" {out}";
+    }
+    void Fails(const std::string &command, const std::string &words) const {
+        try {
+            Chart(command);
+            FAIL() << command << " passed";
+        } catch (const Error &e) {
+            EXPECT_NE(std::string(e.what()).find("the peer Peer " + words), std::string::npos) << e.what();
+            EXPECT_NE(std::string(e.what()).find("its command: "), std::string::npos) << e.what();
+        }
+    }
+
+  private:
+    void Write(const std::string &name, int width, int height, float value) const {
+        Image image(width, height, {"R", "G", "B"});
+        for (float &v : image.data)
+            v = value;
+        WriteImage(folder_ + "/" + name, image);
+    }
+    std::string folder_;
+};
+
+TEST_F(PeerOfOurs, StandsInTheTable) {
+    const FigureData data = Chart(HandIn("black.exr"));
+    const size_t last = data.table.Rows() - 1;
+    EXPECT_EQ(data.table.Text(last, "way"), "Peer");
+    EXPECT_GT(data.table.Number(last, "seconds"), 0);
+    // A white sky: every pixel is off by all that it is, b^2 / (b^2 + 0.01), and hair is darker than the sky.
+    EXPECT_GT(data.table.Number(last, "relative_MSE"), 0.9);
+    EXPECT_LE(data.table.Number(last, "relative_MSE"), 1 / 1.01);
+    EXPECT_NE(Chart(HandIn("broken.exr")).note.find("Peer has 200 of curve-types's pixels"),
+              std::string::npos);
+}
+
+TEST_F(PeerOfOurs, FailsWithAClearMessage) {
+    Fails("exit 3", "ended with status 3");
+    Fails("no-such-renderer {scene} {out} 2>&-", "ended with status 127");
+    Fails("kill -9 $$", "was ended by signal 9");
+    Fails("true", "wrote no picture to {out}");
+    Fails("echo 'no picture' > {out}", "wrote a picture that cannot be read (");
+    Fails(HandIn("small.exr"), "made a picture of 4 x 3 pixels, the scene asks for 20 x 10 pixels");
+}
 
 } // namespace
 } // namespace cuticle
