@@ -13,7 +13,8 @@ In a chapter, beyond Markdown, $formulas$ and ⟨chunks⟩:
   command               reference_images/ are those of the project; the listing shows them and what they print
   ```
   ```values             the command is run and not shown; its output gives `name` the value that the regular expression's
-  name = command => regular expression     group finds
+  name = command => regular expression     group finds; a line without `= command` looks in what the one before it printed
+  name => regular expression
   ```
   ```figure ID          the picture that `cuticle figure ID` makes, its caption in it
   ```
@@ -243,14 +244,16 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         kind, argument, body = match[1], match[2].strip(), match[3]
         line = self.line_of(chapter, match[0])
         if kind == "values":
+            command = None
             for i, definition in enumerate(filter(str.strip, body.splitlines()), 1):
-                m = re.fullmatch(r"\s*(\w+)\s*=\s*(.+?)\s*=>\s*(.+?)\s*", definition)
-                if not m:
+                m = re.fullmatch(r"\s*(\w+)\s*(?:=(?!>)\s*(.+?)\s*)?=>\s*(.+?)\s*", definition)
+                command = m[2] or command if m else None
+                if not command:
                     raise BookError(chapter, line + i, "a value is written as: name = command => regular expression")
-                output = self.run(m[2], chapter, line + i)
+                output = self.run(command, chapter, line + i)
                 found = re.search(m[3], output)
                 if not found:
-                    raise BookError(chapter, line + i, f"`{m[2]}` prints nothing that matches {m[3]}")
+                    raise BookError(chapter, line + i, f"`{command}` prints nothing that matches {m[3]}")
                 self.values[m[1]] = found[1]
             return "\n" * match[0].count("\n")
         if kind == "run":
