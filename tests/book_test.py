@@ -141,7 +141,7 @@ class Weaver(unittest.TestCase):
     @WITH_TOOLS
     def test_a_dead_link(self):
         self.assert_stops(GOOD_CHAPTER + "\nSee [there](02-second.md).\n", f"{CHAPTER}:32: error: dead link: 02-second.md")
-        self.assert_stops(GOOD_CHAPTER + "\nSee [there](#nowhere).\n", f"{CHAPTER}:31: error: dead link: nothing is called #nowhere")
+        self.assert_stops(GOOD_CHAPTER + "\nSee [there](#nowhere).\n", f"{CHAPTER}:32: error: dead link: nothing is called #nowhere")
 
     @WITH_TOOLS
     def test_a_missing_picture(self):

@@ -122,14 +122,18 @@ TEST(Tabulated, SamplesFollowThePdf) {
 
 // What leaves is what the table says, and of a clear fiber everything, but for the noise of Russian roulette.
 TEST(Tabulated, EnergyIsTheSimulators) {
+    double worst = 0;
     for (const View &v : kViews) {
         const auto table = TableOf(v.axisRatio);
         const Tabulated<double> clear(table.get(), {0, 0, 0}, v.axis), colored(table.get(), kColors, v.axis);
         const Vector3d wo = Direction(v.theta, v.phi);
-        EXPECT_NEAR(Integrate(clear, wo).energy[0], 1, 2e-3) << v.theta;
+        const double all = Integrate(clear, wo).energy[0];
+        worst = std::max(worst, std::abs(all - 1));
+        EXPECT_NEAR(all, 1, 2e-3) << v.theta;
         const std::array<double, 3> energy = Integrate(colored, wo).energy;
         EXPECT_TRUE(energy[0] > energy[1] && energy[1] > energy[2]) << "it absorbs";
     }
+    std::printf("a clear fiber returns all light but for %.1e\n", worst);
 }
 
 // Total variation, in cells of 10 by 10 degrees, between the model and a new simulation: half the sum of all
