@@ -147,6 +147,25 @@ std::span<const Figure> Figures() {
         {"petrovic-5", Render, "Start shape, target shape, shape reached by density forces.", nullptr, ""},
         {"petrovic-6", Render, "Several styles, gelled and loose.", nullptr, ""},
         {"petrovic-videos", Animation, "Level set, normals, simulation, directed simulation.", nullptr, ""},
+
+        // The book's own
+        {"book-recursion", Diagram,
+         "The search along a curve, as the ray sees it: at each depth the boxes of the parts, grown by half "
+         "the width; dotted those that the ray cannot reach, solid those that are halved again.",
+         BookRecursion, ""},
+        {"book-demux", Diagram,
+         "64 random numbers, one in each 64th of the interval, split into the two coordinates of a point; "
+         "cells of an eighth by an eighth.",
+         BookDemux, ""},
+        {"book-pigments", Plot,
+         "The colour of a mass of hair with so much of the two pigments, by the fit of Chiang and others; "
+         "β_n = 0.3.",
+         BookPigments, ""},
+        {"book-mis", Plot,
+         "The noise of a sample of the light that a hair, met anywhere over its width, scatters to the "
+         "viewer from a lamp: by the lamp's size, and by what is sampled. Both together take one sample of "
+         "each.",
+         BookMis, ""},
     });
     return figures;
 }

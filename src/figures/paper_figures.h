@@ -1,4 +1,5 @@
-// The plots of the papers, one function each. Named by paper and number; the captions stand in figure_table.cpp.
+// The plots of the papers and of the book, one function each. Named by paper and number; the captions stand in
+// figure_table.cpp.
 #pragma once
 
 #include "figures/figure.h"
@@ -42,5 +43,11 @@ FigureData Pharr1_9(const FigureOptions &options);
 FigureData Pharr1_15(const FigureOptions &options);
 FigureData Pharr1_16(const FigureOptions &options);
 FigureData Pharr1_17(const FigureOptions &options);
+
+// The book's own
+FigureData BookDemux(const FigureOptions &options);
+FigureData BookMis(const FigureOptions &options);
+FigureData BookPigments(const FigureOptions &options);
+FigureData BookRecursion(const FigureOptions &options);
 
 } // namespace cuticle
