@@ -274,10 +274,12 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             if not (self.folder_of(chapter) / f"{stem}.svg").exists():
                 raise BookError(chapter, line, f"`cuticle {kind} {argument}` made no {stem}.svg: {output[-200:]}")
             self.copied.append((chapter, f"{stem}.svg"))
-            # The picture carries its caption, with what this run found. On a narrow window it opens alone, to be enlarged.
+            # The picture carries its caption, with what this run found. On a narrow window, where that is too small to read,
+            # the caption stands below, and the picture opens alone, to be enlarged.
+            words = html.escape(plain_caption(words[-1]))
             file = "figures/" + self.figure_name(chapter, f"{stem}.svg")
-            block = (f'<figure class="plot"><a href="{file}"><img src="{file}" alt="{html.escape(plain_caption(words[-1]))}"></a>'
-                     f"<figcaption><code>cuticle {kind} {argument}</code></figcaption></figure>")
+            block = (f'<figure class="plot"><a href="{file}"><img src="{file}" alt="{words}"></a>'
+                     f'<figcaption><span class="words">{words}</span><code>cuticle {kind} {argument}</code></figcaption></figure>')
         return "\n```{=html}\n" + self.hold(block) + "\n```\n" + "\n" * max(0, match[0].count("\n") - 4)
 
     @staticmethod
@@ -342,6 +344,8 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
                           and self.held[int(m[1])][0] == "listing" else m[0], woven.stdout)
         result = re.sub(r'href="(\d\d-[\w-]+)\.md', r'href="\1.html', result)
         result = re.sub(r'src="run:([^"]+)"', lambda m: self.picture(m[1], chapter), result)
+        result = re.sub(r"<p>((?:<img [^>]*/>\s*)+)</p>", self.with_captions, result)
+        result = re.sub(r'<table style="[^"]*">\s*<colgroup>[\s\S]*?</colgroup>', "<table>", result)  # columns as wide as what is in them
         result = re.sub(r"(<table[\s\S]*?</table>)", r'<div class="wide">\1</div>', result)
         title = re.search(r"<h1[^>]*>(.*?)</h1>", result, re.S)
         if not title:
@@ -354,6 +358,13 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             raise BookError(chapter, self.line_of(chapter, "run:" + name), f"no command of this chapter wrote the picture {name}")
         self.copied.append((chapter, name))
         return f'src="figures/{self.figure_name(chapter, name)}"'
+
+    @staticmethod
+    def with_captions(match):
+        """Pictures that stand alone, side by side; the words in the brackets are the captions."""
+        pictures = [(img, re.search(r'alt="([^"]*)"', img)[1]) for img in re.findall(r"<img [^>]*/>", match[1])]
+        shown = [f"<figure>{img}<figcaption>{words}</figcaption></figure>" for img, words in pictures]
+        return '<div class="pictures">' + "".join(shown) + "</div>"
 
     @staticmethod
     def figure_name(chapter, name):

@@ -158,6 +158,7 @@ class Weaver(unittest.TestCase):
         for words in ["⟨Add numbers⟩ ≡", "⟨Add numbers⟩ +≡", "The circle has 3.14, or 314%, or 3.14159; all around 6.28.", "6*7 is 42", "used in", "continued in"]:
             self.assertIn(words, text)
         self.assertIn('class="katex"', page)
+        self.assertIn("<figcaption>a picture</figcaption>", page)
         self.assertNotIn("$a", text.replace("application/x-tex", ""))
         self.assertIn('<a rel="next" href="02-second.html">', page)
         # From the listing to its line and back

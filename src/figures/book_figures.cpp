@@ -146,7 +146,7 @@ FigureData BookRecursion(const FigureOptions &) {
         data.plot.panels.push_back(sheet.panel);
         parts = next;
     }
-    data.plot.columns = 2, data.plot.width = 460, data.plot.height = 300;
+    data.plot.columns = 2, data.plot.width = 400, data.plot.height = 250;
     data.checks = {
         {"depths at which no part that is kept holds the nearest point", static_cast<double>(lost), 0, 0},
         {"a half's second differences are, of the whole's, at most", quarter, 0, 0.25 + 1e-12}};

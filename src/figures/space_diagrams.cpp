@@ -52,9 +52,8 @@ std::vector<V3> Meridian(double phi, double from, double to, double radius = 1) 
 
 void Draw(Sheet *sheet, const View &view, const std::vector<V3> &points, int color = kInk,
           PlotDash dash = PlotDash::Solid, double width = 1.5) {
-    std::vector<P2> line;
-    for (const V3 &p : points)
-        line.push_back(view(p));
+    std::vector<P2> line(points.size());
+    std::transform(points.begin(), points.end(), line.begin(), view);
     sheet->Line(line, color, dash, width);
 }
 // A line on a sphere or a tube: dotted where its normals point away from the one who looks.
