@@ -28,6 +28,7 @@ In a chapter, beyond Markdown, $formulas$ and ⟨chunks⟩:
 import argparse
 import hashlib
 import html
+import itertools
 import json
 import os
 import re
@@ -66,6 +67,13 @@ def slug(text):
 def plain_caption(text):
     """A caption without gnuplot's marks: {/:Italic S}, x_{min} and 10^{-3} become S, x_min and 10^-3."""
     return re.sub(r"\{(?:/\S+ )?([^{}]*)\}", r"\1", text)
+
+
+def html_caption(text):
+    """The same marks as HTML."""
+    text = html.escape(re.sub(r"\{/\S+ ([^{}]*)\}", r"\1", text))
+    text = re.sub(r"_(?:\{([^{}]*)\}|(\w))", lambda m: f"<sub>{m[1] or m[2]}</sub>", text)
+    return re.sub(r"\^(?:\{([^{}]*)\}|(\w))", lambda m: f"<sup>{m[1] or m[2]}</sup>", text)
 
 
 def highlight(text):
@@ -276,10 +284,9 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             self.copied.append((chapter, f"{stem}.svg"))
             # The picture carries its caption, with what this run found. On a narrow window, where that is too small to read,
             # the caption stands below, and the picture opens alone, to be enlarged.
-            words = html.escape(plain_caption(words[-1]))
             file = "figures/" + self.figure_name(chapter, f"{stem}.svg")
-            block = (f'<figure class="plot"><a href="{file}"><img src="{file}" alt="{words}"></a>'
-                     f'<figcaption><span class="words">{words}</span><code>cuticle {kind} {argument}</code></figcaption></figure>')
+            block = (f'<figure class="plot"><a href="{file}"><img src="{file}" alt="{html.escape(plain_caption(words[-1]))}"></a>'
+                     f'<figcaption><span class="words">{html_caption(words[-1])}</span><code>cuticle {kind} {argument}</code></figcaption></figure>')
         return "\n```{=html}\n" + self.hold(block) + "\n```\n" + "\n" * max(0, match[0].count("\n") - 4)
 
     @staticmethod
@@ -346,7 +353,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         result = re.sub(r'src="run:([^"]+)"', lambda m: self.picture(m[1], chapter), result)
         result = re.sub(r"<p>((?:<img [^>]*/>\s*)+)</p>", self.with_captions, result)
         result = re.sub(r'<table style="[^"]*">\s*<colgroup>[\s\S]*?</colgroup>', "<table>", result)  # columns as wide as what is in them
-        result = re.sub(r"(<table[\s\S]*?</table>)", r'<div class="wide">\1</div>', result)
+        result = re.sub(r"<table[\s\S]*?</table>", self.table, result)
         title = re.search(r"<h1[^>]*>(.*?)</h1>", result, re.S)
         if not title:
             raise BookError(chapter, 1, "a chapter begins with its title: # N Title")
@@ -358,6 +365,16 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             raise BookError(chapter, self.line_of(chapter, "run:" + name), f"no command of this chapter wrote the picture {name}")
         self.copied.append((chapter, name))
         return f'src="figures/{self.figure_name(chapter, name)}"'
+
+    @staticmethod
+    def table(match):
+        """A wide one scrolls; one of long sentences is shown row by row on a narrow window, each cell after its column's name."""
+        text, heads = match[0], re.findall(r"<th[^>]*>([\s\S]*?)</th>", match[0])
+        plain = [re.sub(r"<[^>]+>", "", cell) for cell in re.findall(r"<td[^>]*>([\s\S]*?)</td>", text)]
+        if len(heads) > 3 and max(map(len, plain), default=0) > 80:
+            columns = itertools.cycle(heads)
+            text = re.sub(r"<td", lambda m: f'<td data-column="{html.escape(re.sub("<[^>]+>", "", next(columns)))}"', text.replace("<table", '<table class="long"', 1))
+        return f'<div class="wide">{text}</div>'
 
     @staticmethod
     def with_captions(match):
