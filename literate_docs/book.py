@@ -13,7 +13,8 @@ In a chapter, beyond Markdown, $formulas$ and ⟨chunks⟩:
   command               reference_images/ are those of the project; the listing shows them and what they print
   ```
   ```values             the command is run and not shown; its output gives `name` the value that the regular expression's
-  name = command => regular expression     group finds
+  name = command => regular expression     group finds; a line without `= command` looks in what the one before it printed
+  name => regular expression
   ```
   ```figure ID          the picture that `cuticle figure ID` makes, its caption in it
   ```
@@ -27,6 +28,7 @@ In a chapter, beyond Markdown, $formulas$ and ⟨chunks⟩:
 import argparse
 import hashlib
 import html
+import itertools
 import json
 import os
 import re
@@ -65,6 +67,13 @@ def slug(text):
 def plain_caption(text):
     """A caption without gnuplot's marks: {/:Italic S}, x_{min} and 10^{-3} become S, x_min and 10^-3."""
     return re.sub(r"\{(?:/\S+ )?([^{}]*)\}", r"\1", text)
+
+
+def html_caption(text):
+    """The same marks as HTML."""
+    text = html.escape(re.sub(r"\{/\S+ ([^{}]*)\}", r"\1", text))
+    text = re.sub(r"_(?:\{([^{}]*)\}|(\w))", lambda m: f"<sub>{m[1] or m[2]}</sub>", text)
+    return re.sub(r"\^(?:\{([^{}]*)\}|(\w))", lambda m: f"<sup>{m[1] or m[2]}</sup>", text)
 
 
 def highlight(text):
@@ -243,14 +252,16 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         kind, argument, body = match[1], match[2].strip(), match[3]
         line = self.line_of(chapter, match[0])
         if kind == "values":
+            command = None
             for i, definition in enumerate(filter(str.strip, body.splitlines()), 1):
-                m = re.fullmatch(r"\s*(\w+)\s*=\s*(.+?)\s*=>\s*(.+?)\s*", definition)
-                if not m:
+                m = re.fullmatch(r"\s*(\w+)\s*(?:=(?!>)\s*(.+?)\s*)?=>\s*(.+?)\s*", definition)
+                command = m[2] or command if m else None
+                if not command:
                     raise BookError(chapter, line + i, "a value is written as: name = command => regular expression")
-                output = self.run(m[2], chapter, line + i)
+                output = self.run(command, chapter, line + i)
                 found = re.search(m[3], output)
                 if not found:
-                    raise BookError(chapter, line + i, f"`{m[2]}` prints nothing that matches {m[3]}")
+                    raise BookError(chapter, line + i, f"`{command}` prints nothing that matches {m[3]}")
                 self.values[m[1]] = found[1]
             return "\n" * match[0].count("\n")
         if kind == "run":
@@ -271,10 +282,11 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             if not (self.folder_of(chapter) / f"{stem}.svg").exists():
                 raise BookError(chapter, line, f"`cuticle {kind} {argument}` made no {stem}.svg: {output[-200:]}")
             self.copied.append((chapter, f"{stem}.svg"))
-            # The picture carries its caption, with what this run found. On a narrow window it opens alone, to be enlarged.
+            # The picture carries its caption, with what this run found. On a narrow window, where that is too small to read,
+            # the caption stands below, and the picture opens alone, to be enlarged.
             file = "figures/" + self.figure_name(chapter, f"{stem}.svg")
             block = (f'<figure class="plot"><a href="{file}"><img src="{file}" alt="{html.escape(plain_caption(words[-1]))}"></a>'
-                     f"<figcaption><code>cuticle {kind} {argument}</code></figcaption></figure>")
+                     f'<figcaption><span class="words">{html_caption(words[-1])}</span><code>cuticle {kind} {argument}</code></figcaption></figure>')
         return "\n```{=html}\n" + self.hold(block) + "\n```\n" + "\n" * max(0, match[0].count("\n") - 4)
 
     @staticmethod
@@ -339,7 +351,9 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
                           and self.held[int(m[1])][0] == "listing" else m[0], woven.stdout)
         result = re.sub(r'href="(\d\d-[\w-]+)\.md', r'href="\1.html', result)
         result = re.sub(r'src="run:([^"]+)"', lambda m: self.picture(m[1], chapter), result)
-        result = re.sub(r"(<table[\s\S]*?</table>)", r'<div class="wide">\1</div>', result)
+        result = re.sub(r"<p>((?:<img [^>]*/>\s*)+)</p>", self.with_captions, result)
+        result = re.sub(r'<table style="[^"]*">\s*<colgroup>[\s\S]*?</colgroup>', "<table>", result)  # columns as wide as what is in them
+        result = re.sub(r"<table[\s\S]*?</table>", self.table, result)
         title = re.search(r"<h1[^>]*>(.*?)</h1>", result, re.S)
         if not title:
             raise BookError(chapter, 1, "a chapter begins with its title: # N Title")
@@ -351,6 +365,23 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             raise BookError(chapter, self.line_of(chapter, "run:" + name), f"no command of this chapter wrote the picture {name}")
         self.copied.append((chapter, name))
         return f'src="figures/{self.figure_name(chapter, name)}"'
+
+    @staticmethod
+    def table(match):
+        """A wide one scrolls; one of long sentences is shown row by row on a narrow window, each cell after its column's name."""
+        text, heads = match[0], re.findall(r"<th[^>]*>([\s\S]*?)</th>", match[0])
+        plain = [re.sub(r"<[^>]+>", "", cell) for cell in re.findall(r"<td[^>]*>([\s\S]*?)</td>", text)]
+        if len(heads) > 3 and max(map(len, plain), default=0) > 80:
+            columns = itertools.cycle(heads)
+            text = re.sub(r"<td", lambda m: f'<td data-column="{html.escape(re.sub("<[^>]+>", "", next(columns)))}"', text.replace("<table", '<table class="long"', 1))
+        return f'<div class="wide">{text}</div>'
+
+    @staticmethod
+    def with_captions(match):
+        """Pictures that stand alone, side by side; the words in the brackets are the captions."""
+        pictures = [(img, re.search(r'alt="([^"]*)"', img)[1]) for img in re.findall(r"<img [^>]*/>", match[1])]
+        shown = [f"<figure>{img}<figcaption>{words}</figcaption></figure>" for img, words in pictures]
+        return '<div class="pictures">' + "".join(shown) + "</div>"
 
     @staticmethod
     def figure_name(chapter, name):

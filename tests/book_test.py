@@ -51,10 +51,11 @@ And nothing:
 ⟨Add numbers⟩
 
 ```values
-pi = echo about 3.14159 => about ([\\d.]+)
+pi = echo about 3.14159, twice 6.28318 => about ([\\d.]+)
+tau => twice ([\\d.]+)
 ```
 
-The circle has {{pi .3g}}, or {{pi %}}, or {{pi}}.
+The circle has {{pi .3g}}, or {{pi %}}, or {{pi}}; all around {{tau .3g}}.
 
 ```run
 echo made by > made.png; echo 6*7 is $((6*7))
@@ -96,20 +97,24 @@ class Weaver(unittest.TestCase):
 
     def test_a_value_that_is_not_printed(self):
         self.assert_stops(GOOD_CHAPTER.replace("echo about", "echo exactly"),
-                          f"{CHAPTER}:20: error: `echo exactly 3.14159` prints nothing that matches about")
+                          f"{CHAPTER}:20: error: `echo exactly 3.14159, twice 6.28318` prints nothing that matches about")
 
     def test_a_value_that_nobody_defines(self):
-        self.assert_stops(GOOD_CHAPTER.replace("{{pi %}}", "{{tau %}}"), f"{CHAPTER}:23: error: unknown value {{{{tau}}}}; this chapter has: pi")
+        self.assert_stops(GOOD_CHAPTER.replace("{{pi %}}", "{{rho %}}"), f"{CHAPTER}:24: error: unknown value {{{{rho}}}}; this chapter has: pi, tau")
 
     def test_a_value_that_is_no_number(self):
         self.assert_stops(GOOD_CHAPTER.replace("([\\d.]+)", "(\\d)").replace("{{pi .3g}}", "{{pi .3q}}"),
-                          f"{CHAPTER}:23: error: value pi is 3, which '.3q' does not format")
+                          f"{CHAPTER}:24: error: value pi is 3, which '.3q' does not format")
 
     def test_a_value_written_wrongly(self):
         self.assert_stops(GOOD_CHAPTER.replace("=>", "->"), f"{CHAPTER}:20: error: a value is written as: name = command")
 
+    def test_a_value_without_a_command_before_it(self):
+        self.assert_stops(GOOD_CHAPTER.replace("pi = echo about 3.14159, twice 6.28318 => about ([\\d.]+)\n", ""),
+                          f"{CHAPTER}:20: error: a value is written as: name = command")
+
     def test_a_command_that_fails(self):
-        self.assert_stops(GOOD_CHAPTER.replace("echo 6*7", "false && echo 6*7"), f"{CHAPTER}:26: error: `", "ends with status 1")
+        self.assert_stops(GOOD_CHAPTER.replace("echo 6*7", "false && echo 6*7"), f"{CHAPTER}:27: error: `", "ends with status 1")
 
     def test_a_command_runs_again_when_a_program_that_it_names_has_changed(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -135,12 +140,12 @@ class Weaver(unittest.TestCase):
 
     @WITH_TOOLS
     def test_a_dead_link(self):
-        self.assert_stops(GOOD_CHAPTER + "\nSee [there](02-second.md).\n", f"{CHAPTER}:31: error: dead link: 02-second.md")
-        self.assert_stops(GOOD_CHAPTER + "\nSee [there](#nowhere).\n", f"{CHAPTER}:31: error: dead link: nothing is called #nowhere")
+        self.assert_stops(GOOD_CHAPTER + "\nSee [there](02-second.md).\n", f"{CHAPTER}:32: error: dead link: 02-second.md")
+        self.assert_stops(GOOD_CHAPTER + "\nSee [there](#nowhere).\n", f"{CHAPTER}:32: error: dead link: nothing is called #nowhere")
 
     @WITH_TOOLS
     def test_a_missing_picture(self):
-        self.assert_stops(GOOD_CHAPTER.replace("run:made.png", "run:other.png"), f"{CHAPTER}:29: error: no command of this chapter wrote the picture other.png")
+        self.assert_stops(GOOD_CHAPTER.replace("run:made.png", "run:other.png"), f"{CHAPTER}:30: error: no command of this chapter wrote the picture other.png")
         self.assert_stops(GOOD_CHAPTER.replace("run:made.png", "other.png"), f"{CHAPTER}:", "dead link: other.png")
 
     # --- what is woven -----------------------------------------------------------------------------------------------
@@ -150,9 +155,10 @@ class Weaver(unittest.TestCase):
         self.assertEqual(status, 0, output)
         page = pages["01-first.html"]
         text = re.sub(r"<[^>]+>", "", page)
-        for words in ["⟨Add numbers⟩ ≡", "⟨Add numbers⟩ +≡", "The circle has 3.14, or 314%, or 3.14159.", "6*7 is 42", "used in", "continued in"]:
+        for words in ["⟨Add numbers⟩ ≡", "⟨Add numbers⟩ +≡", "The circle has 3.14, or 314%, or 3.14159; all around 6.28.", "6*7 is 42", "used in", "continued in"]:
             self.assertIn(words, text)
         self.assertIn('class="katex"', page)
+        self.assertIn("<figcaption>a picture</figcaption>", page)
         self.assertNotIn("$a", text.replace("application/x-tex", ""))
         self.assertIn('<a rel="next" href="02-second.html">', page)
         # From the listing to its line and back

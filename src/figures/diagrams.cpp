@@ -1,77 +1,14 @@
-// The papers' diagrams, from rays that are traced with vectors: what a formula of the text says is then checked against them.
-#include "core/vecmath.h"
+// The papers' diagrams in the section and from the side, from rays that are traced with vectors: what a formula of the text says is then checked against them.
+#include "fibers/gaussian.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/paper_figures.h"
+#include "figures/sheet.h"
 
 #include <cmath>
 
 namespace cuticle {
 
 namespace {
-
-constexpr double kEta = 1.55;
-constexpr int kBlue = 0, kOrange = 1, kGreen = 2, kPink = 3, kInk = 7;
-
-double Degrees(double radians) { return radians * 180 / kPi<double>; }
-
-struct P2 {
-    double x = 0, y = 0;
-    P2 operator+(P2 b) const { return {x + b.x, y + b.y}; }
-    P2 operator-(P2 b) const { return {x - b.x, y - b.y}; }
-    P2 operator*(double s) const { return {x * s, y * s}; }
-};
-double Dot2(P2 a, P2 b) { return a.x * b.x + a.y * b.y; }
-P2 At(double angle, double radius = 1) { return {radius * std::cos(angle), radius * std::sin(angle)}; }
-
-// Lines, arrows, arcs and letters on one sheet without axes.
-class Sheet {
-  public:
-    Sheet(P2 low, P2 high) {
-        panel.kind = PlotKind::Diagram;
-        panel.x.min = low.x, panel.x.max = high.x, panel.y.min = low.y, panel.y.max = high.y;
-    }
-    void Line(const std::vector<P2> &points, int color = kInk, PlotDash dash = PlotDash::Solid,
-              double width = 1.5) {
-        PlotSeries s;
-        for (const P2 &p : points)
-            s.x.push_back(p.x), s.y.push_back(p.y);
-        s.color = color, s.dash = dash, s.width = width;
-        panel.series.push_back(s);
-    }
-    // With a head at the share `where` of the way from a to b.
-    void Arrow(P2 a, P2 b, int color = kInk, PlotDash dash = PlotDash::Solid, double where = 1) {
-        Line({a, b}, color, dash, 2);
-        const P2 tip = a + (b - a) * where;
-        const double back = std::atan2(a.y - b.y, a.x - b.x);
-        Line({tip + At(back + 0.4, kHead), tip, tip + At(back - 0.4, kHead)}, color, PlotDash::Solid, 2);
-    }
-    void Arc(P2 centre, double radius, double from, double to, int color = kInk,
-             PlotDash dash = PlotDash::Solid) {
-        std::vector<P2> points;
-        for (const double angle : Linspace(from, to, 90))
-            points.push_back(centre + At(angle, radius));
-        Line(points, color, dash);
-    }
-    void Letters(P2 at, const std::string &text, int color = kInk) {
-        Line({at}, color);
-        panel.series.back().mark = text;
-    }
-    PlotPanel panel;
-
-  private:
-    static constexpr double kHead = 0.07;
-};
-
-// Refracts d (unit length) at a surface with the normal n against it; eta: index behind over index before. False where
-// all is reflected.
-bool Refract2(P2 d, P2 n, double eta, P2 *t) {
-    const double cos = -Dot2(d, n), sinSquared = (1 - cos * cos) / (eta * eta);
-    if (sinSquared >= 1)
-        return false;
-    *t = d * (1 / eta) + n * (cos / eta - std::sqrt(1 - sinSquared));
-    return true;
-}
-P2 Reflect2(P2 d, P2 n) { return d - n * (2 * Dot2(d, n)); }
 
 // A ray from the left at the height h through the unit circle: the points where it meets the circle, the first one
 // included, and for each the direction in which light leaves there.
@@ -81,15 +18,15 @@ struct SectionPath {
 SectionPath TraceSection(double h, int segments) {
     SectionPath path;
     P2 p = {-std::sqrt(1 - h * h), h}, d = {1, 0}, inside;
-    path.points.push_back(p), path.leaves.push_back(Reflect2(d, p));
-    Refract2(d, p, kEta, &inside);
+    path.points.push_back(p), path.leaves.push_back(ReflectAt(p, d));
+    RefractAt(p, d, kEta, &inside);
     for (int k = 0; k < segments; ++k) {
-        p = p + inside * (-2 * Dot2(p, inside));
+        p = p + inside * (-2 * Dot(p, inside));
         const P2 n = p * -1;
         P2 out;
-        Refract2(inside, n, 1 / kEta, &out);
+        RefractAt(n, inside, 1 / kEta, &out);
         path.points.push_back(p), path.leaves.push_back(out);
-        inside = Reflect2(inside, n);
+        inside = ReflectAt(n, inside);
     }
     return path;
 }
@@ -102,8 +39,7 @@ double OffPhi(double h, const SectionPath &path) {
         const double phi = std::atan2(path.leaves[p].y, path.leaves[p].x) - kPi<double>;
         const double here =
             std::abs(std::remainder(phi - fiber.Phi(static_cast<int>(p), std::asin(h)), 2 * kPi<double>));
-        if (!(here <= off)) // NaN stays
-            off = here;
+        off = Worst(off, here);
     }
     return off;
 }
@@ -114,12 +50,6 @@ void AddRows(Table *table, double h, const SectionPath &path) {
                     Degrees(std::atan2(path.leaves[p].y, path.leaves[p].x))});
 }
 
-FigureData Finish(Table table, const Sheet &sheet, int width, int height) {
-    FigureData data{std::move(table), {}, "", {}};
-    data.plot.panels = {sheet.panel};
-    data.plot.width = width, data.plot.height = height;
-    return data;
-}
 Table SectionTable() { return Table({"h", "p", "x", "y", "leaves_deg"}); }
 
 void DrawSection(Sheet *sheet) { sheet->Arc({}, 1, 0, 2 * kPi<double>); }
@@ -134,22 +64,19 @@ SidePath TraceSide(double thetaI, double alpha, int segments = 2) {
     SidePath path;
     P2 p = {0, 1}, d = {-std::sin(thetaI), -std::cos(thetaI)}, inside;
     const auto normal = [alpha](double side) { return P2{-std::sin(alpha), side * std::cos(alpha)}; };
-    path.points.push_back(p), path.leaves.push_back(Reflect2(d, normal(1)));
-    Refract2(d, normal(1), kEta, &inside);
+    path.points.push_back(p), path.leaves.push_back(ReflectAt(normal(1), d));
+    RefractAt(normal(1), d, kEta, &inside);
     for (int k = 0; k < segments; ++k) {
         const double side = k % 2 == 0 ? -1 : 1;
         p = p + inside * (2 / std::abs(inside.y));
         const P2 n = normal(side) * -1;
         P2 out;
-        Refract2(inside, n, 1 / kEta, &out);
+        RefractAt(n, inside, 1 / kEta, &out);
         path.points.push_back(p), path.leaves.push_back(out);
-        inside = Reflect2(inside, n);
+        inside = ReflectAt(n, inside);
     }
     return path;
 }
-
-constexpr std::array<const char *, 4> kPathNames = {"R", "TT", "TRT", "TRRT"};
-constexpr std::array<int, 4> kPathColors = {kBlue, kOrange, kGreen, kPink};
 
 // A path's way through the fiber after it has met it, and the light that leaves at each point.
 void DrawPath(Sheet *sheet, const std::vector<P2> &points, const std::vector<P2> &leaves, PlotDash dash) {
@@ -176,63 +103,16 @@ void AddRows(Table *table, double alpha, double thetaI, const SidePath &path) {
         table->Add({Degrees(alpha), static_cast<double>(p), Degrees(thetaI), Degrees(path.Theta(p))});
 }
 
-// The saw of the scales on both surfaces, from x = a to b.
-void DrawScales(Sheet *sheet, double a, double b, double alpha) {
-    const double length = 0.6;
-    for (const double side : {1., -1.}) {
-        std::vector<P2> saw;
-        for (double x = a; x < b - 1e-9; x += length) {
-            const double half = length / 2 * std::tan(alpha);
-            saw.push_back({x, side * (1 - half)}), saw.push_back({x + length, side * (1 + half)});
-        }
-        sheet->Line(saw, kInk, PlotDash::Solid, 2);
-    }
+// The saw of the scales above or below (side 1 or -1) from x = a to b: facets that rise toward the tip, and risers.
+std::vector<P2> Saw(double a, double b, double length, double alpha, double side) {
+    std::vector<P2> saw;
+    const double half = length / 2 * std::tan(alpha);
+    for (double x = a; x < b - 1e-9; x += length)
+        saw.push_back({x, side * (1 - half)}), saw.push_back({x + length, side * (1 + half)});
+    return saw;
 }
 
 } // namespace
-
-FigureData Pharr1_4(const FigureOptions &) {
-    // Seen from above and beside; x along the fiber.
-    const double turn = Radians(35.), lift = Radians(25.);
-    const auto project = [&](Vector3<double> w) {
-        return P2{w.x * std::cos(turn) - w.y * std::sin(turn),
-                  w.z * std::cos(lift) + (w.x * std::sin(turn) + w.y * std::cos(turn)) * std::sin(lift)};
-    };
-    const double theta = Radians(40.), phi = Radians(60.);
-    const auto direction = [](double t, double f) {
-        return Vector3<double>{std::sin(t), std::cos(t) * std::cos(f), std::cos(t) * std::sin(f)};
-    };
-    const auto arc = [&](auto point, double from, double to) {
-        std::vector<P2> points;
-        for (const double a : Linspace(from, to, 90))
-            points.push_back(project(point(a)));
-        return points;
-    };
-    Sheet sheet({-1.4, -1.25}, {1.4, 1.25});
-    sheet.Line(arc([&](double a) { return direction(0, a); }, 0, 2 * kPi<double>), kInk, PlotDash::Dashed);
-    sheet.Arrow({}, project({1.3, 0, 0}));
-    sheet.Arrow({}, project({0, 1.2, 0}));
-    sheet.Arrow({}, project({0, 0, 1.2}));
-    const Vector3<double> w = direction(theta, phi), foot = direction(0, phi);
-    sheet.Arrow({}, project(w), kBlue);
-    sheet.Line({{}, project(foot)}, kInk, PlotDash::Dotted);
-    sheet.Line(arc([&](double a) { return direction(a, phi); }, 0, theta), kOrange, PlotDash::Solid, 2.5);
-    sheet.Line(arc([&](double a) { return direction(0, a); }, 0, phi), kGreen, PlotDash::Solid, 2.5);
-    sheet.Letters(project({1.3, 0, 0}), "x, to the tip");
-    sheet.Letters(project({0, 1.2, 0}) + P2{0, 0.04}, "y");
-    sheet.Letters(project({0, 0, 1.2}), "z");
-    sheet.Letters(project(w), "ω", kBlue);
-    sheet.Letters(project(direction(theta / 2, phi)), "θ", kOrange);
-    sheet.Letters(project(direction(0, phi / 2)), "φ", kGreen);
-    FigureData data =
-        Finish(Table({"theta_deg", "phi_deg", "omega_x", "omega_y", "omega_z"}), sheet, 520, 470);
-    data.table.Add({Degrees(theta), Degrees(phi), w.x, w.y, w.z});
-    data.checks = {{"the length of the drawn direction is", std::sqrt(w.x * w.x + w.y * w.y + w.z * w.z),
-                    1 - 1e-12, 1 + 1e-12},
-                   {"θ is the angle between ω and its foot in the normal plane, off by",
-                    std::abs(std::acos(w.y * foot.y + w.z * foot.z) - theta), 0, 1e-7}};
-    return data;
-}
 
 FigureData Pharr1_5(const FigureOptions &) {
     const double h = 0.6, gamma = std::asin(h);
@@ -255,7 +135,37 @@ FigureData Pharr1_5(const FigureOptions &) {
     FigureData data = Finish(SectionTable(), sheet, 560, 440);
     AddRows(&data.table, h, path);
     data.checks = {{"sin γ_o at the drawn point is h, off by",
-                    std::abs(std::sin(std::acos(Dot2(p, {-1, 0}))) - h), 0, 1e-12}};
+                    std::abs(std::sin(std::acos(Dot(p, {-1, 0}))) - h), 0, 1e-12}};
+    return data;
+}
+
+FigureData Pharr1_6(const FigureOptions &) {
+    const double alpha = Radians(15.), length = 0.9;
+    const std::vector<P2> above = Saw(-2.7, 1.8, length, alpha, 1), below = Saw(-2.7, 1.8, length, alpha, -1);
+    Sheet sheet({-3.2, -1.3}, {2.3, 2.4});
+    for (const double side : {1., -1.})
+        sheet.Line({{-2.7, side}, {1.8, side}}, kInk, PlotDash::Dashed);
+    sheet.Line(above, kBlue, PlotDash::Solid, 2.5), sheet.Line(below, kBlue, PlotDash::Solid, 2.5);
+    // The third scale, and the normals above its middle.
+    const P2 from = above[4], to = above[5], middle = (from + to) * 0.5;
+    const double facet = std::atan2(to.y - from.y, to.x - from.x), normal = facet + kPi<double> / 2;
+    sheet.Arrow(middle, middle + P2{0, 1.2}, kInk, PlotDash::Dashed);
+    sheet.Arrow(middle, middle + At(normal, 1.2), kOrange);
+    sheet.Arc(middle, 0.75, kPi<double> / 2, normal, kGreen);
+    sheet.Letters(middle + At((normal + kPi<double> / 2) / 2, 0.88) + P2{-0.06, 0}, "α", kGreen);
+    sheet.Letters(middle + P2{0.06, 1.1}, "normal of the cylinder");
+    sheet.Letters(middle + At(normal, 1.1) + P2{-1.5, 0.02}, "normal of the scale", kOrange);
+    sheet.Letters({-3.15, 0}, "root"), sheet.Letters({1.95, 0}, "tip");
+    FigureData data = Finish(Table({"side", "x", "y"}), sheet, 620, 420);
+    double mean = 0;
+    for (size_t k = 0; k < above.size(); ++k) {
+        data.table.Add({1., above[k].x, above[k].y}), data.table.Add({-1., below[k].x, below[k].y});
+        mean += above[k].y / static_cast<double>(above.size());
+    }
+    data.checks = {
+        {"the drawn scale's normal leans toward the root by α, off by (rad)",
+         std::abs(std::acos(Dot(At(normal), {0, 1})) - alpha) + (At(normal).x < 0 ? 0 : 1), 0, 1e-7},
+        {"the scales lie about the cylinder, their mean height off by", std::abs(mean - 1), 0, 1e-12}};
     return data;
 }
 
@@ -330,7 +240,7 @@ FigureData Pharr1_12(const FigureOptions &) {
 FigureData Pharr1_13(const FigureOptions &) {
     const double thetaO = Radians(50.), chord = 2;
     P2 inside;
-    Refract2({-std::sin(thetaO), -std::cos(thetaO)}, {0, 1}, kEta, &inside);
+    RefractAt(P2{0, 1}, {-std::sin(thetaO), -std::cos(thetaO)}, kEta, &inside);
     const double length = chord / std::abs(inside.y);
     const P2 a = {0, 1}, b = a + inside * length;
     Sheet sheet({-2.3, -1.4}, {1.7, 2.1});
@@ -379,7 +289,8 @@ FigureData Marschner01(const FigureOptions &) {
     const double thetaI = Radians(25.), alpha = Radians(3.);
     const SidePath tilted = TraceSide(thetaI, alpha), plain = TraceSide(thetaI, 0);
     Sheet sheet({-2.9, -2.4}, {1.9, 2.5});
-    DrawScales(&sheet, -2.7, 1.5, alpha);
+    for (const double side : {1., -1.})
+        sheet.Line(Saw(-2.7, 1.5, 0.6, alpha, side), kInk, PlotDash::Solid, 2);
     DrawSide(&sheet, plain, thetaI, PlotDash::Dotted);
     DrawSide(&sheet, tilted, thetaI, PlotDash::Solid);
     NamePaths(&sheet, tilted.points, tilted.leaves);
@@ -411,8 +322,7 @@ FigureData Marschner09(const FigureOptions &) {
         DrawSection(&sheet);
         for (const double h : Linspace(-0.9, 0.9, 13)) {
             const SectionPath path = TraceSection(h, static_cast<int>(p));
-            if (const double here = OffPhi(h, path); !(here <= off)) // NaN stays
-                off = here;
+            off = Worst(off, OffPhi(h, path));
             AddRows(&data.table, h, path);
             std::vector<P2> line = {{-2.5, h}};
             line.insert(line.end(), path.points.begin(), path.points.end());
@@ -451,6 +361,51 @@ FigureData Deon01(const FigureOptions &) {
     for (size_t p = 0; p < side.points.size(); ++p)
         data.checks.push_back({std::string(kPathNames[p]) + " leaves at θ_o = -θ_i, off by (rad)",
                                std::abs(side.Theta(p) + thetaI), 0, 1e-12});
+    return data;
+}
+
+// The light of TT at each offset, spread by the Gaussian detector: lobes whose height over the exit point is the density.
+FigureData Deon07(const FigureOptions &) {
+    const double beta = Radians(10.), reach = 0.9;
+    const std::vector<double> azimuths = Linspace(-kPi<double>, kPi<double>, 1441);
+    const double step = azimuths[1] - azimuths[0];
+    Sheet sheet({-2.4, -1.2}, {2.3, 1.3});
+    DrawSection(&sheet);
+    Table table({"h", "phi_deg", "density"});
+    double off = 0, peakOff = 0, massOff = 0;
+    const std::array<double, 5> offsets = {-0.9, -0.5, 0, 0.5, 0.9};
+    for (size_t k = 0; k < offsets.size(); ++k) {
+        const double h = offsets[k];
+        const SectionPath path = TraceSection(h, 1);
+        const int color = k < kPathColors.size() ? kPathColors[k] : kInk;
+        const P2 exit = path.points[1], leaves = path.leaves[1];
+        const double Phi = SmoothFiber<double>(1, kEta).Phi(1, std::asin(h)); // from the viewer's side
+        std::vector<P2> lobe;
+        double mass = 0, peak = 0;
+        P2 toward;
+        for (const double phi : azimuths) {
+            const double density = GaussianDetector(beta, phi - Phi);
+            const P2 direction = At(phi + kPi<double>);
+            mass += phi < azimuths.back() ? density * step : 0; // -π and π are one
+            if (density > peak)
+                peak = density, toward = direction;
+            if (density > 1e-3)
+                lobe.push_back(exit + direction * (density * reach / GaussianDetector(beta, 0.)));
+            if (density > 1e-3 && lobe.size() % 8 == 0)
+                table.Add({h, Degrees(phi), density});
+        }
+        sheet.Line({{-2.2, h}, path.points[0], exit}, color, PlotDash::Solid, 1.5);
+        sheet.Line({exit, exit + leaves * 1.1}, color, PlotDash::Dashed, 1);
+        sheet.Line(lobe, color, PlotDash::Solid, 2.5);
+        sheet.Letters({-2.35, h + 0.08}, Printed("h = %g", h), color);
+        off = Worst(off, OffPhi(h, path));
+        peakOff = Worst(peakOff, std::acos(std::min(1., Dot(toward, leaves))));
+        massOff = Worst(massOff, std::abs(mass - 1));
+    }
+    FigureData data = Finish(std::move(table), sheet, 640, 360);
+    data.checks = {{"the traced rays leave at Φ(p, h), off by (rad)", off, 0, 1e-12},
+                   {"each drawn lobe is longest along its ray, off by (rad)", peakOff, 0, step},
+                   {"each lobe's density adds up to 1 around the circle, off by", massOff, 0, 1e-6}};
     return data;
 }
 

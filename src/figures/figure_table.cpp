@@ -16,7 +16,9 @@ std::span<const Figure> Figures() {
          "1.55.",
          Marschner01, ""},
         {"marschner-02", Photo, "Electron micrograph of a hair.", nullptr, ""},
-        {"marschner-03", Diagram, "Notation: u, v, w, θ and φ.", nullptr, ""},
+        {"marschner-03", Diagram,
+         "Notation: the fiber's axis u, the axes v and w of its section, inclinations θ and azimuths φ.",
+         Marschner03, ""},
         {"marschner-04", Plot,
          "Scattering in the incidence plane, light from the tip's side (θ_i = 45°) and from the root's "
          "(−45°), above, "
@@ -50,11 +52,17 @@ std::span<const Figure> Figures() {
         {"marschner-13", Render, "62,000 fibers under an environment map.", nullptr, ""},
         {"marschner-14", Render, "R alone, TRT alone, all; round and eccentric fibers.", nullptr, ""},
         {"marschner-15", Render, "The same hair under lights from several directions.", nullptr, ""},
-        {"marschner-16", Diagram, "Constructions on the unit sphere of appendices A and B.", nullptr, ""},
+        {"marschner-16", Diagram,
+         "Reflection and refraction over all normals n of a fiber, on the unit sphere with the fiber's axis "
+         "u upright, and one refraction projected on the plane of the normals; η = 1.55.",
+         Marschner16, ""},
 
         // d'Eon, Francois, Hill, Letteri and Aubry 2011
         {"deon-01", Diagram, "The paths R, TT, TRT and TRRT through a smooth fiber, η = 1.55.", Deon01, ""},
-        {"deon-02", Diagram, "Specular cones and their compression.", nullptr, ""},
+        {"deon-02", Diagram,
+         "Left: rays that one beam sends through a smooth fiber (η = 1.55) all leave on one cone. Right: a "
+         "roughness that turns them toward the normal plane spreads them over a wider one.",
+         Deon02, ""},
         {"deon-03", Plot,
          "Total reflectance against θ_i of a fiber that reflects all light (η = ∞), by the form of the "
          "longitudinal "
@@ -75,7 +83,10 @@ std::span<const Figure> Figures() {
          "Zinke and Weber's "
          "treatment of 2007 (dashed), which does not see light beyond ±π.",
          Deon06, ""},
-        {"deon-07", Diagram, "Lobes of exit azimuths for several h.", nullptr, ""},
+        {"deon-07", Diagram,
+         "TT of a rough fiber: for each offset h the azimuth Φ(1, h) of a smooth fiber (dashed) is the "
+         "centre of a Gaussian of exit azimuths; β = 10°, η = 1.55.",
+         Deon07, ""},
         {"deon-08", Plot,
          "Colour of N_{TT} around a nearly smooth (β = 0.5°, top) and a rough (25°, middle) brown fiber, "
          "eumelanin 1.3, θ_d = "
@@ -98,10 +109,14 @@ std::span<const Figure> Figures() {
         // Pharr 2016
         {"pharr-1.1", Render, "Curly hair, path traced.", nullptr, ""},
         {"pharr-1.2", Render, "The same, direct light only.", nullptr, ""},
-        {"pharr-1.3", Diagram, "The normal plane of a fiber.", nullptr, ""},
+        {"pharr-1.3", Diagram,
+         "All normals of a fiber at one place along it lie in one plane, the normal plane.", Pharr1_3, ""},
         {"pharr-1.4", Diagram, "The angles θ, from the normal plane, and φ, around the fiber.", Pharr1_4, ""},
         {"pharr-1.5", Diagram, "The offset h and the angle γ_o in the section of a fiber.", Pharr1_5, ""},
-        {"pharr-1.6", Diagram, "The tilted scales.", nullptr, ""},
+        {"pharr-1.6", Diagram,
+         "The scales of the cuticle, seen from the side: they rise toward the tip, and their normals lean "
+         "toward the root by α (2° to 4° on hair, here 15°).",
+         Pharr1_6, ""},
         {"pharr-1.7", Diagram, "The paths R, TT and TRT through a smooth fiber, from the side; η = 1.55.",
          Pharr1_7, ""},
         {"pharr-1.8", Render, "β_m = 0.1, 0.25, 0.6 under a skylight.", nullptr, ""},
@@ -132,6 +147,25 @@ std::span<const Figure> Figures() {
         {"petrovic-5", Render, "Start shape, target shape, shape reached by density forces.", nullptr, ""},
         {"petrovic-6", Render, "Several styles, gelled and loose.", nullptr, ""},
         {"petrovic-videos", Animation, "Level set, normals, simulation, directed simulation.", nullptr, ""},
+
+        // The book's own
+        {"book-recursion", Diagram,
+         "The search along a curve, as the ray sees it: at each depth the boxes of the parts, grown by half "
+         "the width; dotted those that the ray cannot reach, solid those that are halved again.",
+         BookRecursion, ""},
+        {"book-demux", Diagram,
+         "64 random numbers, one in each 64th of the interval, split into the two coordinates of a point; "
+         "cells of an eighth by an eighth.",
+         BookDemux, ""},
+        {"book-pigments", Plot,
+         "The colour of a mass of hair with so much of the two pigments, by the fit of Chiang and others; "
+         "β_n = 0.3.",
+         BookPigments, ""},
+        {"book-mis", Plot,
+         "The noise of a sample of the light that a hair, met anywhere over its width, scatters to the "
+         "viewer from a lamp: by the lamp's size, and by what is sampled. Both together take one sample of "
+         "each.",
+         BookMis, ""},
     });
     return figures;
 }

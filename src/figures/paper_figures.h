@@ -1,4 +1,5 @@
-// The plots of the papers, one function each. Named by paper and number; the captions stand in figure_table.cpp.
+// The plots of the papers and of the book, one function each. Named by paper and number; the captions stand in
+// figure_table.cpp.
 #pragma once
 
 #include "figures/figure.h"
@@ -7,7 +8,9 @@ namespace cuticle {
 
 // Marschner et al. 2003
 FigureData Marschner01(const FigureOptions &options);
+FigureData Marschner03(const FigureOptions &options);
 FigureData Marschner09(const FigureOptions &options);
+FigureData Marschner16(const FigureOptions &options);
 FigureData Marschner04(const FigureOptions &options);
 FigureData Marschner05(const FigureOptions &options);
 FigureData Marschner06(const FigureOptions &options);
@@ -17,16 +20,20 @@ FigureData Marschner10(const FigureOptions &options);
 
 // d'Eon et al. 2011
 FigureData Deon01(const FigureOptions &options);
+FigureData Deon02(const FigureOptions &options);
 FigureData Deon03(const FigureOptions &options);
 FigureData Deon04(const FigureOptions &options);
 FigureData Deon05(const FigureOptions &options);
 FigureData Deon06(const FigureOptions &options);
+FigureData Deon07(const FigureOptions &options);
 FigureData Deon08(const FigureOptions &options);
 FigureData Deon09(const FigureOptions &options);
 
 // Pharr 2016
+FigureData Pharr1_3(const FigureOptions &options);
 FigureData Pharr1_4(const FigureOptions &options);
 FigureData Pharr1_5(const FigureOptions &options);
+FigureData Pharr1_6(const FigureOptions &options);
 FigureData Pharr1_7(const FigureOptions &options);
 FigureData Pharr1_11(const FigureOptions &options);
 FigureData Pharr1_12(const FigureOptions &options);
@@ -36,5 +43,11 @@ FigureData Pharr1_9(const FigureOptions &options);
 FigureData Pharr1_15(const FigureOptions &options);
 FigureData Pharr1_16(const FigureOptions &options);
 FigureData Pharr1_17(const FigureOptions &options);
+
+// The book's own
+FigureData BookDemux(const FigureOptions &options);
+FigureData BookMis(const FigureOptions &options);
+FigureData BookPigments(const FigureOptions &options);
+FigureData BookRecursion(const FigureOptions &options);
 
 } // namespace cuticle

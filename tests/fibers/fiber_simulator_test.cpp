@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <cstdio>
 #include <functional>
 
 namespace cuticle {
@@ -350,6 +351,7 @@ TEST(FiberSimulator, EccentricCausticsPairTheOtherWayRound) {
     const double withSquare = caustic(2 * (eta - 1) * a * a - eta + 2);
     const double withInverse = caustic(2 * (eta - 1) / (a * a) - eta + 2);
     EXPECT_NEAR(withSquare, 40.9, 0.05);
+    std::printf("glints by eta*: %.1f degrees with a^2, %.1f with 1/a^2\n", withSquare, withInverse);
     EXPECT_NEAR(withInverse, 4.2, 0.05);
     for (const auto &[phiI, expected, printed, swapped] :
          {std::array{0., 4.8, withSquare, withInverse}, std::array{90., 32.6, withInverse, withSquare}}) {
@@ -364,6 +366,7 @@ TEST(FiberSimulator, EccentricCausticsPairTheOtherWayRound) {
                 if (sign * from > 0 && h.Density(2, 0, 0, j) > best)
                     best = h.Density(2, 0, 0, j), at = sign * from;
             }
+            std::printf("light from %2.0f degrees: the simulator's glint is at %.1f degrees\n", phiI, at);
             EXPECT_NEAR(at, expected, 0.25) << "phi_i " << phiI;
             EXPECT_LT(std::abs(at - swapped), std::abs(at - printed));
         }

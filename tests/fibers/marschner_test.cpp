@@ -48,8 +48,10 @@ TEST(RootMethods, ErrorOfTheCubic) {
                                              std::asin(std::sin(g) / etaPrime)));
         return error / kDegree;
     };
-    std::printf("Marschner's cubic is off by at most %.3f degrees at eta' 1.5, %.3f at 1.55, %.3f at 1.3\n",
-                worst(1.5), worst(1.55), worst(1.3));
+    std::printf(
+        "Marschner's cubic is off by at most %.3f degrees at eta' 1.5, %.3f at 1.55, %.3f at 1.3, %.3f at "
+        "1.165\n",
+        worst(1.5), worst(1.55), worst(1.3), worst(1.165));
     EXPECT_LT(worst(1.5), 0.75); // the paper's bound
     EXPECT_GT(worst(1.3), 1.5);  // wet hair
 }
@@ -101,7 +103,8 @@ double OverCircle(std::vector<double> places, F f) {
 // Every ray leaves somewhere: over phi, the densities of the roots add up to the width. Of the polished roots some are
 // missing near caustics, and none is counted twice.
 TEST(RootMethods, DensitiesAddUpToTheWidth) {
-    double least = 1;
+    double least = 1, leastEta = 0;
+    int leastPath = 0;
     for (const double etaPrime : {1.4, 1.55, 2.5})
         for (int p = 0; p < 4; ++p) {
             const SmoothFiber<double> fiber(1, etaPrime);
@@ -126,9 +129,11 @@ TEST(RootMethods, DensitiesAddUpToTheWidth) {
             EXPECT_NEAR(width(RootMethod::Cubic), 1, 1e-3) << etaPrime << " " << p;
             const double polished = width(RootMethod::PolishedCubic);
             EXPECT_LT(polished, 1.001) << etaPrime << " " << p;
-            least = std::min(least, polished);
+            if (polished < least)
+                least = polished, leastEta = etaPrime, leastPath = p;
         }
-    std::printf("polished cubic: at least %.3f of the width\n", least);
+    std::printf("polished cubic: at least %.3f of the width, p = %d at eta' = %.3g\n", least, leastPath,
+                leastEta);
     EXPECT_GT(least, 0.6);
 }
 
@@ -291,6 +296,22 @@ TEST(Marschner, EccentricityMovesTheGlintsTheRightWay) {
     EXPECT_LT(caustic(pi / 2), 5);
     p.eccentricity = 0.6f; // eta* would fall below 1
     EXPECT_GE(Marschner<double>(p).EtaStar(0), 1.0);
+}
+
+// The caustics' width in h, 2 sqrt(2 w_c / |Phi''|), grows without bound as eta' goes to 2: from where on maxH limits it.
+TEST(Marschner, TheGlintsAreLimitedBeforeTheyMeet) {
+    const MarschnerParameters p;
+    const auto width = [](double etaPrime, double wc) {
+        const SmoothFiber<double> fiber(1, etaPrime);
+        return 2 *
+               std::sqrt(2 * wc * kDegree / std::abs(fiber.PhiCurvature(2, std::sin(fiber.TurningPoint(2)))));
+    };
+    double limited = 2;
+    while (limited > 1.1 && width(limited - 1e-3, 1.5) > static_cast<double>(p.maxH))
+        limited -= 1e-3;
+    std::printf("w_c 1.5 degrees: the glints are limited from eta' = %.2f on\n", limited);
+    EXPECT_GT(limited, 1.55);
+    EXPECT_LT(limited, 1.95);
 }
 
 // The glints' power fades between eta' = 2 and 2 + range, and is limited where the caustics meet.

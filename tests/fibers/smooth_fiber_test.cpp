@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 namespace cuticle {
 namespace {
 
@@ -64,6 +66,7 @@ TEST(SmoothFiber, RootsAreThePaths) {
 TEST(SmoothFiber, ReflectionAndTransmissionRoots) {
     const SmoothFiber<double> fiber = AtNormalIncidence(1.55);
     const double dark = 2 * std::asin(1 / 1.55);
+    std::printf("eta' 1.55: TT is dark within %.1f degrees\n", dark / kDegree);
     EXPECT_NEAR(dark / kDegree, 80.4, 0.05);
     for (double phi = -3.1; phi < 3.1; phi += 0.01) {
         EXPECT_EQ(fiber.Roots(0, phi).count, 1u);
@@ -86,6 +89,8 @@ TEST(SmoothFiber, TrtRootsAndCaustics) {
     EXPECT_NEAR(fiber.PhiSlope(2, turn), 0, 1e-13);
     const double caustic = std::abs(WrapAngle(fiber.Phi(2, turn)));
     const double end = std::abs(WrapAngle(fiber.Phi(2, kPi<double> / 2)));
+    std::printf("eta' 1.55: TRT ends at %.1f degrees, its caustics are at %.1f\n", end / kDegree,
+                caustic / kDegree);
     EXPECT_NEAR(end / kDegree, 19.3, 0.05);
     EXPECT_NEAR(caustic / kDegree, 18.6, 0.1);
     for (double phi = -0.5; phi < 0.5; phi += 0.001) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -50,8 +51,10 @@ TEST(FigureTable, HoldsEachFigureOnceWithACaption) {
         EXPECT_TRUE(std::string(figure.caption).ends_with(".")) << figure.id;
         EXPECT_FALSE(figure.kind == FigureKind::Photo && figure.Made()) << figure.id;
     }
-    // 16 + 13 + 20 + 7 of the papers, and Petrovic's figure of videos
-    EXPECT_EQ(ids.size(), 16u + 13 + 20 + 7);
+    const auto own =
+        std::count_if(ids.begin(), ids.end(), [](const auto &id) { return id.starts_with("book-"); });
+    // 16 + 13 + 20 + 7 of the papers, Petrovic's videos among them
+    EXPECT_EQ(ids.size() - static_cast<size_t>(own), 16u + 13 + 20 + 7);
 }
 
 // The scenes of a row exist; a scene named after a figure stands in that figure's row.
