@@ -211,7 +211,8 @@ std::string DescribeDEon(const char *name, const DEonParameters &parameters);
 
 //> Tabulate $N_p$
 // All lobes of one fiber over theta_d and phi; what is tabulated does not depend on alpha and betaM. Made with all threads
-// of the current task arena, in a few tens of milliseconds. Throws Error for a near-field fiber.
+// of the current task arena, in hundredths of a second, or half a second of one core where lobes are narrowest. Throws
+// Error for a near-field fiber.
 class DEonTable {
   public:
     explicit DEonTable(const DEonParameters &parameters);

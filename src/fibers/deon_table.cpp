@@ -31,6 +31,15 @@ float RowOfCosTheta(float cosTheta) {
     return 1 - std::sqrt(std::max(0.f, 1 - theta / (Pi / 2)));
 }
 //<
+//> Find the columns near an azimuth
+// The first and the last of the columns on [0, pi], `step` apart, within `reach` of an azimuth or of its mirror image in
+// the plane of the viewer. The image on the same side is the nearer of the two for all of them.
+std::pair<size_t, size_t> ColumnsNear(double turn, double reach, double step, size_t columns) {
+    const double at = std::abs(WrapAngle(turn)), last = static_cast<double>(columns - 1);
+    return {static_cast<size_t>(std::max(std::ceil((at - reach) / step), 0.)),
+            static_cast<size_t>(std::min(std::floor((at + reach) / step), last))};
+}
+//<
 } // namespace
 
 //> Fill the table
@@ -60,21 +69,27 @@ void DEonTable::Fill(const DEonQuadrature<double> &exact, size_t row, size_t p) 
         exact.ForEachRay(p, fiber, [&](double turn, const std::array<double, 3> &light) {
             rays.emplace_back(turn, light);
         });
-    const std::array<double, 3> uniform = rays.empty() ? exact.Value(p, fiber, 0).n : std::array<double, 3>{};
+    //> Spread each ray over the columns that see it
+    std::vector<std::array<double, 3>> n(columns_,
+                                         rays.empty() ? exact.Value(p, fiber, 0).n : std::array<double, 3>{});
+    const double reach = 9 * beta; // beyond, a Gaussian is below the last digit of a double
+    for (const auto &[turn, light] : rays) {
+        const auto [from, to] = ColumnsNear(turn, reach, step, columns_);
+        for (size_t j = from; j <= to; ++j) {
+            const double seen = exact.Seen(beta, step * static_cast<double>(j), turn);
+            for (size_t c = 0; c < 3; ++c)
+                n[j][c] += light[c] * seen;
+        }
+    }
+    //<
     const size_t first = Row(row, p) * columns_;
     double sum = 0, before = 0;
     for (size_t j = 0; j < columns_; ++j) {
-        std::array<double, 3> n = uniform;
-        for (const auto &[turn, light] : rays) {
-            const double seen = exact.Seen(beta, step * static_cast<double>(j), turn);
-            for (size_t c = 0; c < 3; ++c)
-                n[c] += light[c] * seen;
-        }
-        const double y = Luminance(n);
+        const double y = Luminance(n[j]);
         sum += j > 0 ? step / 2 * (y + before) : 0;
         before = y;
         for (size_t c = 0; c < 3; ++c)
-            n_[first + j][c] = static_cast<float>(n[c]);
+            n_[first + j][c] = static_cast<float>(n[j][c]);
         luminance_[first + j] = static_cast<float>(y);
         cumulated_[first + j] = static_cast<float>(sum);
     }
