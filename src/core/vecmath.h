@@ -120,6 +120,13 @@ constexpr Vector3<T> Max(const Vector3<T> &a, const Vector3<T> &b) {
 inline bool IsFinite(const Vector3f &v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
+// The largest coordinate or width that geometry may have: products of two and of sums of them are still finite.
+inline constexpr float kLargestCoordinate = 1e18f;
+// False for NaN.
+inline bool IsWithinReach(const Point3f &p) {
+    return std::abs(p.x) <= kLargestCoordinate && std::abs(p.y) <= kLargestCoordinate &&
+           std::abs(p.z) <= kLargestCoordinate;
+}
 // Two unit vectors that make (v, *s, *t) an orthonormal right-handed frame; |v| = 1. Duff et al. 2017: no
 // branch on the direction, exact at the poles.
 template <typename T>

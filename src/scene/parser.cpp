@@ -1645,9 +1645,9 @@ bool Parser::EmitCurve(const CurveStatement &c, std::string *error) {
     const double w0 = (c.hasWidth0 ? c.width0 : c.hasWidth ? c.width : 1) * curveScale_;
     const double w1 = (c.hasWidth1 ? c.width1 : c.hasWidth ? c.width : 1) * curveScale_;
     for (const Point3f &p : points_)
-        if (!IsFinite(p)) {
+        if (!IsWithinReach(p)) {
             if (error)
-                *error = "a control point is out of range after the transformation";
+                *error = "a control point is out of range after the transformation (beyond 1e18)";
             return false;
         }
 

@@ -336,7 +336,9 @@ class Scene::Builder {
         ForEachSegment(groom, options, [&](const BezierSegment &piece, size_t strand) {
             CurveSegment segment;
             for (size_t i = 0; i < 4; ++i)
-                segment.cp[i] = toWorld.Point(piece.cp[i]);
+                if (segment.cp[i] = toWorld.Point(piece.cp[i]); !IsWithinReach(segment.cp[i]))
+                    throw Error(shape.params.loc, "a strand is out of range after the transformation: its "
+                                                  "coordinates are beyond 1e18 or not finite");
             for (size_t i = 0; i < 2; ++i)
                 segment.width[i] = piece.width[i] * widthScale;
             segment.group = group;

@@ -31,11 +31,12 @@ Vector3d EvalBezier(const Vector3d cp[4], double u, Vector3d *derivative, Vector
 //> Say which segments can be hit
 bool IsUsable(const CurveSegment &s) {
     for (const Point3f &p : s.cp)
-        if (!IsFinite(p))
+        if (!IsWithinReach(p))
             return false;
     if (s.cp[0] == s.cp[1] && s.cp[0] == s.cp[2] && s.cp[0] == s.cp[3])
         return false; // a point has no direction, so nothing is at right angles to it
-    return std::isfinite(s.width[0]) && std::isfinite(s.width[1]) && std::max(s.width[0], s.width[1]) > 0;
+    const float widest = std::max(s.width[0], s.width[1]);
+    return std::isfinite(s.width[0] + s.width[1]) && widest > 0 && widest <= kLargestCoordinate;
 }
 //<
 
@@ -364,9 +365,9 @@ bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degr
     const size_t n = CurveSegmentCount(count, basis, degree, error);
     if (n == 0)
         return false;
-    if (!std::isfinite(width0) || !std::isfinite(width1)) {
+    if (!(std::abs(width0) <= kLargestCoordinate && std::abs(width1) <= kLargestCoordinate)) {
         if (error)
-            *error = "the width of a curve must be a finite number";
+            *error = "the width of a curve must be a number up to 1e18 after the transformation";
         return false;
     }
     width0 = std::max(width0, 0.f), width1 = std::max(width1, 0.f);

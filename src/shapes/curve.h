@@ -75,8 +75,8 @@ Normal3f RibbonNormal(const RibbonNormals &normals, float u);
 // The point and, where asked for, the derivatives at u of the cubic with these control points.
 Vector3d EvalBezier(const Vector3d cp[4], double u, Vector3d *derivative = nullptr,
                     Vector3d *second = nullptr);
-// True where all control points and widths are finite, some width is positive and the control points are not all the
-// same: what an intersector keeps.
+// True where all control points are within reach and the widths finite, the larger is positive and at most
+// kLargestCoordinate, and the control points are not all the same: what an intersector keeps.
 bool IsUsable(const CurveSegment &segment);
 //<
 

@@ -13,15 +13,6 @@ namespace cuticle {
 
 namespace {
 
-// Coordinates beyond this are refused: Embree's traversal multiplies differences of them.
-constexpr float kLargestCoordinate = 1e18f;
-
-bool IsUsable(const Point3f &p) {
-    // Written so that NaN fails.
-    return std::abs(p.x) <= kLargestCoordinate && std::abs(p.y) <= kLargestCoordinate &&
-           std::abs(p.z) <= kLargestCoordinate;
-}
-
 Vector3f Abs(const Vector3f &v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
 // What rounding a point from double to float may cost, with room for the last bits of the double.
@@ -620,7 +611,7 @@ uint32_t SolidSet::AddMesh(TriangleMesh given, uint32_t shapeId, bool flipNormal
         bool good = false;
         if (v[0] >= m.p.size() || v[1] >= m.p.size() || v[2] >= m.p.size()) {
             ++outOfRange;
-        } else if (!IsUsable(m.p[v[0]]) || !IsUsable(m.p[v[1]]) || !IsUsable(m.p[v[2]])) {
+        } else if (!IsWithinReach(m.p[v[0]]) || !IsWithinReach(m.p[v[1]]) || !IsWithinReach(m.p[v[2]])) {
             ++notFinite;
         } else {
             const Vector3d p0(m.p[v[0]]);
@@ -686,7 +677,7 @@ uint32_t SolidSet::Impl::Add(std::unique_ptr<Quadric> quadric, uint32_t shapeId,
                 std::string(name) + ": its parameters leave no surface; nothing is drawn");
     } else {
         const Bounds3f b = quadric->WorldBounds();
-        if (!IsUsable(b.pMin) || !IsUsable(b.pMax))
+        if (!IsWithinReach(b.pMin) || !IsWithinReach(b.pMax))
             throw Error(std::string(name) + ": its coordinates are not finite or beyond 1e18");
         bound.Extend(b);
         const EmbreeBill bill(*device, &embreeBytes);

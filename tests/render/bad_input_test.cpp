@@ -101,7 +101,7 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
     WriteHairFile((folder_ / "many.hair").string(), MakeGroom(many));
     std::string giants;
     for (int i = 0; i < 2000; ++i)
-        giants += "Shape \"curve\" \"point P\" [0 0 0 .3 0 0 .6 0 0 1 0 0] \"float width\" 1e36 ";
+        giants += "Shape \"curve\" \"point P\" [0 0 0 .3 0 0 .6 0 0 1 0 0] \"float width\" 1e16 ";
     const Row rows[] = {
         // Numbers
         {"Film \"image\" \"integer xresolution\" 1e999", "", "3:36: error: the number 1e999 is out of range"},
@@ -116,7 +116,7 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
          "Scale 1e38 1e38 1e38 Scale 1e38 1e38 1e38 Scale 1e38 1e38 1e38 Scale 1e38 1e38 1e38 Scale 1e38 "
          "1e38 1e38",
          "cannot be inverted"},
-        {"", "Translate 3e38 0 0 Shape \"sphere\"",
+        {"", "AttributeBegin Translate 3e38 0 0 Shape \"sphere\" AttributeEnd",
          "test.pbrt:5:20: error: sphere: its coordinates are not finite"},
         {"", "Material \"matte\" \"xyz Kd\" [3e38 0 0]", "the colour of \"Kd\" is out of range"},
         {"", "Material \"matte\" \"blackbody Kd\" [5000 3e38]", "the colour of \"Kd\" is out of range"},
@@ -203,6 +203,14 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
         {"", "Shape \"hairfile\" \"string filename\" \"many.hair\" \"float width\" 1e36",
          "5:1: error: 14000 curve segments are wider"},
         {"", "Shape \"groom\" \"integer strands\" 2000 \"float width\" 1e36", "5:1: error: "},
+        {"", "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3e38 0 0]",
+         "5:1: error: Shape \"curve\": a control point"},
+        {"", "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"float width\" 3e38",
+         "5:1: error: Shape \"curve\": the width"},
+        {"",
+         "AttributeBegin Scale 1e30 1e30 1e30 Shape \"hairfile\" \"string filename\" \"many.hair\" "
+         "AttributeEnd",
+         "error: a strand is out of range"},
         {"", giants.c_str(), "5:1: error: 2000 curve segments are wider"},
         {"", "Shape \"groomhead\" \"float spacing\" 1e-30", "5:1: error: the spacing"},
         {"", "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0]", "5:1: error: Shape \"curve\""},
