@@ -278,9 +278,9 @@ class TabulatedMaterial : public Material {
         fiber.medullaSigmaS = number("medulla_sigma_s", 0), fiber.medullaG = number("medulla_g", 0);
         fiber.sigmaA = Levels(params);
         const int samples = params.FindInt("samples", static_cast<int>(FiberTable::UsualSamples(fiber)));
-        if (samples < 1 || samples > 100'000'000)
+        if (samples < 1 || samples > 1'000'000) // per direction: a million take minutes
             throw Error(params.Find("samples")->loc,
-                        "\"samples\" must be 1 to 100 million, not " + std::to_string(samples));
+                        "\"samples\" must be 1 to 1 million, not " + std::to_string(samples));
         eccentric_ = fiber.axisRatio != 1;
         try {
             table_ = FiberTable::Cached(fiber, static_cast<uint64_t>(samples));

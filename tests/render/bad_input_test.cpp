@@ -117,7 +117,7 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
          "1e38 1e38",
          "cannot be inverted"},
         {"", "AttributeBegin Translate 3e38 0 0 Shape \"sphere\" AttributeEnd",
-         "test.pbrt:5:20: error: sphere: its coordinates are not finite"},
+         "test.pbrt:5:35: error: sphere: its coordinates are not finite"},
         {"", "Material \"matte\" \"xyz Kd\" [3e38 0 0]", "the colour of \"Kd\" is out of range"},
         {"", "Material \"matte\" \"blackbody Kd\" [5000 3e38]", "the colour of \"Kd\" is out of range"},
         {"", "Material \"matte\" \"blackbody Kd\" [0 1]", "above 0 kelvin"},
@@ -211,6 +211,8 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
          "AttributeBegin Scale 1e30 1e30 1e30 Shape \"hairfile\" \"string filename\" \"many.hair\" "
          "AttributeEnd",
          "error: a strand is out of range"},
+        {"", "Material \"hair\" \"string model\" \"tabulated\" \"integer samples\" 100000000",
+         "error: \"samples\" must be"},
         {"", giants.c_str(), "5:1: error: 2000 curve segments are wider"},
         {"", "Shape \"groomhead\" \"float spacing\" 1e-30", "5:1: error: the spacing"},
         {"", "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0]", "5:1: error: Shape \"curve\""},
