@@ -3,6 +3,9 @@
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
 
+#include <limits>
+#include <sstream>
+
 namespace cuticle {
 
 namespace {
@@ -369,6 +372,47 @@ constexpr Maker kMakers[] = {MakeChiang, Make<KajiyaKayMaterial>, Make<Marschner
                              Make<TabulatedMaterial>};
 static_assert(std::size(kNames) == std::size(kMakers));
 
+// What a number may be, where the models say: beyond it they take the nearest that has a meaning.
+struct Range {
+    std::string_view name;
+    double low, high;
+};
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+constexpr Range kRanges[] = {
+    {"beta_m", 0, 1},           {"beta_n", 0, 1},
+    {"eumelanin", 0, kNoLimit}, {"pheomelanin", 0, kNoLimit},
+    {"sigma_a", 0, kNoLimit},   {"color", 0, 1},
+    {"reflectance", 0, 1},      {"exponent", 0, 1e6},
+    {"eccentricity", 0.2, 5},   {"k_G", 0, 1e6},
+    {"w_c", 0.1, 60},           {"delta_eta", 1e-3, 1e3},
+    {"delta_h_M", 0, 2},        {"beta_R", 0, 1e3},
+    {"beta_TT", 0, 1e3},        {"beta_TRT", 0, 1e3},
+    {"azimuth_R", 0, 1e3},      {"azimuth_TT", 0, 1e3},
+    {"azimuth_TRT", 0, 1e3},
+};
+
+// Textures are clamped where they are looked up, and nothing is said of them.
+void WarnOfNumbersOutOfRange(const ParamSet &params, double leastEta) {
+    std::vector<Range> ranges(std::begin(kRanges), std::end(kRanges));
+    ranges.push_back({"eta", leastEta, 1e3});
+    for (const Range &range : ranges) {
+        const Param *p = params.Find(range.name);
+        if (!p || (p->type != ParamType::Float && p->type != ParamType::Spectrum))
+            continue;
+        for (const double x : p->numbers)
+            if (!(x >= range.low && x <= range.high)) {
+                std::ostringstream says;
+                says << "hair: \"" << range.name << "\" is " << x << " and is taken as "
+                     << (x < range.low ? range.low : range.high) << "; it may be " << range.low
+                     << (range.high < kNoLimit ? " to " : " or more");
+                if (range.high < kNoLimit)
+                    says << range.high;
+                Warning(p->loc, "hair parameter out of range: " + p->name, says.str());
+                break;
+            }
+    }
+}
+
 } // namespace
 
 std::span<const std::string_view> HairModelNames() { return kNames; }
@@ -378,8 +422,10 @@ std::unique_ptr<Material> MakeHairMaterial(const ParamSet &params, const Texture
     const std::string asked = params.FindString("model", "chiang");
     const std::string &name = options.hairModel.empty() ? asked : options.hairModel;
     for (size_t i = 0; i < std::size(kNames); ++i)
-        if (kNames[i] == name)
+        if (kNames[i] == name) {
+            WarnOfNumbersOutOfRange(params, kMakers[i] == MakeChiang ? 1e-3 : 1.001);
             return kMakers[i](params, textures, options);
+        }
     const Param *given = params.Find("model");
     throw Error(given ? given->loc : params.loc,
                 "unknown hair model \"" + name + "\"." + Suggestion(name, kNames, std::size(kNames)));
