@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <mutex>
 
 namespace cuticle {
 
@@ -57,23 +59,47 @@ class AsPrinted : public AtlasFiber {
     as_printed::HairBSDF hair_;
 };
 
+// A scene of this one hair material.
+std::string SceneOf(const std::string &model, const FiberInputs &in) {
+    const auto number = [](double x) { return Printed("%.9g", x); };
+    const double shown = in.reflectance < 0 ? in.sigmaA : in.reflectance;
+    std::string own;
+    if (model == "tabulated") // fewer rays than a picture takes: noise of a table is no fault of the model
+        own = " \"integer samples\" 1024";
+    return "WorldBegin\nMaterial \"hair\" \"string model\" \"" + model + "\" \"float eta\" " +
+           number(in.eta) + " \"float beta_m\" " + number(in.betaM) + " \"float beta_n\" " +
+           number(in.betaN) + " \"float alpha\" " + number(in.alpha) + " \"rgb " +
+           (in.reflectance < 0 ? "sigma_a" : "color") + "\" [" + number(shown) + " " + number(shown) + " " +
+           number(shown) + "]" + own + "\nShape \"sphere\"\nWorldEnd\n";
+}
+
+// The materials asked for last, by their scene. Many cells of a map differ in direction and offset only, and a material
+// may hold a table that takes a second to make.
+std::shared_ptr<const Material> MaterialOf(const std::string &scene) {
+    static std::mutex mutex;
+    static std::deque<std::pair<std::string, std::shared_ptr<const Material>>> latest;
+    constexpr size_t kKept = 32;
+    {
+        const std::lock_guard<std::mutex> lock(mutex);
+        for (const auto &[text, material] : latest)
+            if (text == scene)
+                return material;
+    }
+    const SceneDescription description = ParseSceneText(scene, "atlas");
+    const TextureTable textures(description.floatTextures, description.spectrumTextures);
+    std::shared_ptr<const Material> made = MakeMaterial(
+        description.materials[static_cast<size_t>(description.shapes[0].state.material)], textures, {});
+    const std::lock_guard<std::mutex> lock(mutex);
+    latest.emplace_back(scene, made);
+    if (latest.size() > kKept)
+        latest.pop_front();
+    return made;
+}
+
 // What a scene's material makes, by the model's name.
 class SceneFiber : public AtlasFiber {
   public:
-    SceneFiber(const std::string &model, const FiberInputs &in) {
-        const auto number = [](double x) { return Printed("%.9g", x); };
-        const double shown = in.reflectance < 0 ? in.sigmaA : in.reflectance;
-        const std::string colour = " \"rgb " + std::string(in.reflectance < 0 ? "sigma_a" : "color") +
-                                   "\" [" + number(shown) + " " + number(shown) + " " + number(shown) + "]";
-        const SceneDescription scene =
-            ParseSceneText("WorldBegin\nMaterial \"hair\" \"string model\" \"" + model + "\" \"float eta\" " +
-                               number(in.eta) + " \"float beta_m\" " + number(in.betaM) +
-                               " \"float beta_n\" " + number(in.betaN) + " \"float alpha\" " +
-                               number(in.alpha) + colour + "\nShape \"sphere\"\nWorldEnd\n",
-                           "atlas");
-        const TextureTable textures(scene.floatTextures, scene.spectrumTextures);
-        material_ =
-            MakeMaterial(scene.materials[static_cast<size_t>(scene.shapes[0].state.material)], textures, {});
+    SceneFiber(const std::string &model, const FiberInputs &in) : material_(MaterialOf(SceneOf(model, in))) {
         SurfaceInteraction si;
         si.uv = {0.5f, static_cast<float>((in.h + 1) / 2)};
         si.isCurve = true;
@@ -99,7 +125,7 @@ class SceneFiber : public AtlasFiber {
     }
 
   private:
-    std::unique_ptr<Material> material_;
+    std::shared_ptr<const Material> material_;
     BSDF bsdf_;
 };
 
