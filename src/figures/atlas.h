@@ -15,7 +15,7 @@
 namespace cuticle {
 
 struct AtlasOptions {
-    bool quick = false; // coarse maps, a minute for all
+    bool quick = false; // coarse maps, in about half of the time
 };
 
 // An axis of cells of equal size. With exponent, numbers along it are powers of ten: low and high are the exponents.
