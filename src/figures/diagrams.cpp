@@ -107,8 +107,11 @@ void AddRows(Table *table, double alpha, double thetaI, const SidePath &path) {
 std::vector<P2> Saw(double a, double b, double length, double alpha, double side) {
     std::vector<P2> saw;
     const double half = length / 2 * std::tan(alpha);
-    for (double x = a; x < b - 1e-9; x += length)
+    const auto scales = static_cast<int>(std::ceil((b - a) / length - 1e-9));
+    for (int i = 0; i < scales; ++i) {
+        const double x = a + i * length;
         saw.push_back({x, side * (1 - half)}), saw.push_back({x + length, side * (1 + half)});
+    }
     return saw;
 }
 

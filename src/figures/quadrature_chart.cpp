@@ -104,6 +104,7 @@ FigureData QuadratureChart(const FigureOptions &options) {
                 const std::vector<PathLight> rays = ManyRays(
                     p, fiber, {0.2f, 0.2f, 0.2f}, std::max<size_t>(256, static_cast<size_t>(60 / width)));
                 std::vector<double> exact;
+                exact.reserve(azimuths.size());
                 for (const double phi : azimuths)
                     exact.push_back(Exact(rays, width, phi));
                 std::vector<std::function<void()>> jobs;
