@@ -4,6 +4,7 @@
 #include "fibers/hair.h"
 #include "figures/paper_figures.h"
 #include "figures/sheet.h"
+#include "shapes/curve_set.h"
 
 #include <algorithm>
 
@@ -103,6 +104,55 @@ void SampleLamp(const LitHair &scene, RNG *rng, Estimates *e) {
 }
 
 } // namespace
+
+FigureData BookCapsule(const FigureOptions &) {
+    const CurvePart part = {{P2{-1.6, -0.3}, {-0.6, 0.75}, {0.5, 0.8}, {1.6, -0.1}}, 0, 1};
+    const double radius = 0.12;
+    CurveSegment segment;
+    for (size_t i = 0; i < 4; ++i)
+        segment.cp[i] = Point3f(Vector3d(part.cp[i].x, part.cp[i].y, 0));
+    segment.width[0] = segment.width[1] = static_cast<float>(2 * radius);
+    const CurveCapsule capsule = CapsuleOf(segment, 0, 1);
+    const P2 chord = part.cp[3] - part.cp[0], axis = {capsule.p.x, capsule.p.y};
+    const double length = std::sqrt(Dot(chord, chord));
+    const P2 across = {-chord.y / length, chord.x / length};
+
+    Sheet sheet({-2.75, -1.4}, {2.75, 1});
+    FigureData data{Table({"u", "x", "y", "from_chord", "from_axis"}), {}, "", {}};
+    const auto draw = [&](P2 from, double r, int color, PlotDash dash) {
+        const double angle = std::atan2(chord.y, chord.x), quarter = kPi<double> / 2;
+        sheet.Line({from + across * r, from + chord + across * r}, color, dash, 2);
+        sheet.Line({from - across * r, from + chord - across * r}, color, dash, 2);
+        sheet.Arc(from, r, angle + quarter, angle + 3 * quarter, color, dash);
+        sheet.Arc(from + chord, r, angle - quarter, angle + quarter, color, dash);
+    };
+    sheet.Line({part.cp.begin(), part.cp.end()}, kGreen, PlotDash::Dashed);
+    sheet.Line({part.cp[0], part.cp[3]}, kInk, PlotDash::Dotted);
+    std::vector<P2> upper, lower;
+    double fromChord = 0, fromAxis = 0;
+    for (const double u : Linspace(0, 1, 61)) {
+        const P2 p = part(u), d = part(u + 1e-6) - part(u - 1e-6);
+        const P2 side = P2{-d.y, d.x} * (radius / std::sqrt(Dot(d, d)));
+        upper.push_back(p + side), lower.push_back(p - side);
+        // Both distances are to lines: the piece does not overshoot its chord.
+        const double c = std::abs(Dot(p - part.cp[0], across)), a = std::abs(Dot(p - axis, across));
+        data.table.Add({u, p.x, p.y, c, a});
+        fromChord = Worst(fromChord, c), fromAxis = Worst(fromAxis, a);
+    }
+    sheet.Line(Points(part), kOrange, PlotDash::Solid, 3);
+    sheet.Line(upper, kOrange), sheet.Line(lower, kOrange);
+    draw(part.cp[0], radius + fromChord, kInk, PlotDash::Dashed);
+    draw(axis, capsule.radius, kBlue, PlotDash::Solid);
+    sheet.Line({axis, axis + chord}, kBlue, PlotDash::Dotted);
+    data.plot.panels.push_back(sheet.panel);
+    data.plot.width = 620, data.plot.height = 300;
+    data.checks = {
+        {"the piece is inside the capsule: its distance from the axis and half its width, of the radius",
+         (fromAxis + radius) / capsule.radius, 0.9, 1},
+        {"its distance from the axis, of that from the chord", fromAxis / fromChord, 0.45, 0.6},
+    };
+    return data;
+}
 
 FigureData BookRecursion(const FigureOptions &) {
     const CurvePart whole = {{P2{-1.7, -0.45}, {-0.8, 1.05}, {0.1, -1.1}, {1.75, 0.3}}, 0, 1};

@@ -153,6 +153,11 @@ std::span<const Figure> Figures() {
          "The search along a curve, as the ray sees it: at each depth the boxes of the parts, grown by half "
          "the width; dotted those that the ray cannot reach, solid those that are halved again.",
          BookRecursion, ""},
+        {"book-capsule", Diagram,
+         "A piece of a curve and its width (orange) between the control points, its chord (dotted), the "
+         "capsule "
+         "around the chord (dashed), and the one around the middle of the bow.",
+         BookCapsule, ""},
         {"book-demux", Diagram,
          "64 random numbers, one in each 64th of the interval, split into the two coordinates of a point; "
          "cells of an eighth by an eighth.",

@@ -49,5 +49,6 @@ FigureData BookDemux(const FigureOptions &options);
 FigureData BookMis(const FigureOptions &options);
 FigureData BookPigments(const FigureOptions &options);
 FigureData BookRecursion(const FigureOptions &options);
+FigureData BookCapsule(const FigureOptions &options);
 
 } // namespace cuticle

@@ -193,11 +193,6 @@ double StrayFromChord(const PieceShape &shape) {
 //<
 
 //> Find a capsule that holds a piece
-struct Capsule {
-    Vector3d p, e; // the axis: its beginning and extent
-    double radius;
-};
-
 // The largest of a cubic's control points in length, after it was halved twice: not far above the longest vector of the
 // curve itself.
 double Longest(const std::array<Vector3d, 4> &c, int halvings) {
@@ -209,7 +204,7 @@ double Longest(const std::array<Vector3d, 4> &c, int halvings) {
     return std::max(Longest({c[0], a, am, mid}, halvings - 1), Longest({mid, mb, b, c[3]}, halvings - 1));
 }
 
-Capsule CapsuleOf(const PieceShape &shape) {
+CurveCapsule CapsuleOf(const PieceShape &shape) {
     const Vector3d &p = shape.p[0], e = shape.p[3] - p;
     const double e2 = e.LengthSquared();
     const Vector3d q1 = shape.p[1] - p, q2 = shape.p[2] - p;
@@ -457,18 +452,18 @@ void Builder::BuildNode(const Range &range, int depth, std::vector<Node> *nodes)
 //<
 
 //> Write a leaf
-void WriteLeaf(const std::vector<Capsule> &capsules, const std::vector<uint32_t> &pieces,
+void WriteLeaf(const std::vector<CurveCapsule> &capsules, const std::vector<uint32_t> &pieces,
                unsigned char *data) {
     //> Choose the frame of a leaf
     Vector3d origin = capsules[0].p;
-    for (const Capsule &capsule : capsules)
+    for (const CurveCapsule &capsule : capsules)
         origin = Min(origin, capsule.p);
     LeafFrame frame;
     for (int c = 0; c < 3; ++c)
         frame.origin[c] = static_cast<float>(origin[c]);
     origin = Vector3d(frame.origin[0], frame.origin[1], frame.origin[2]);
     double largest = 1e-30;
-    for (const Capsule &capsule : capsules) {
+    for (const CurveCapsule &capsule : capsules) {
         const Vector3d p = capsule.p - origin;
         for (int c = 0; c < 3; ++c)
             largest = std::max({largest, std::abs(p[c]), std::abs(capsule.e[c])});
@@ -496,6 +491,14 @@ void WriteLeaf(const std::vector<Capsule> &capsules, const std::vector<uint32_t>
 //<
 
 } // namespace
+
+//> Find a capsule that holds a piece
+CurveCapsule CapsuleOf(const CurveSegment &segment, double u0, double u1) {
+    double columns[16];
+    PieceMatrix(u0, u1, columns);
+    return CapsuleOf(ShapeOfPiece(segment, columns, u0, u1));
+}
+//<
 
 //> List what a curve set holds
 struct CurveSet::Data {
@@ -621,7 +624,7 @@ void CurveSet::Data::WriteLeaves(std::vector<Node> *built, const std::vector<Ref
                 if (!(c & kLeafBit))
                     continue;
                 const uint32_t n = ((c >> kLeafCountShift) & 15) + 1;
-                std::vector<Capsule> capsules(n);
+                std::vector<CurveCapsule> capsules(n);
                 std::vector<uint32_t> pieces(n);
                 for (uint32_t k = 0; k < n; ++k) {
                     const uint32_t piece = pieces[k] = references[first[leaf] + k].Piece();

@@ -22,9 +22,19 @@ struct CurveSetOptions {
 };
 //<
 
+//> Declare the capsules
+// Every point within half the larger width of the curve, from u0 to u1 of a segment, is within `radius` of the line from p
+// to p + e. What the set tests before it looks at the curve.
+struct CurveCapsule {
+    Vector3d p, e;
+    double radius;
+};
+CurveCapsule CapsuleOf(const CurveSegment &segment, double u0, double u1);
+//<
+
 //> Declare the curve set
 // All curves of a scene (or of one object definition) in one bounding volume hierarchy of width 8. Leaves hold up to 16
-// pieces of curve as capsules around their chords; what a capsule lets through is solved on the true cubic, in double
+// pieces of curve as capsules; what a capsule lets through is solved on the true cubic, in double
 // precision. Thread-safe once built; the same tree and the same hits for any number of threads.
 //
 // What a hit is: the ray sees a curve as the ribbon that faces it, all points within half the width of the curve,

@@ -167,6 +167,52 @@ TEST(CurveSet, EveryThreadCountBuildsTheSameTree) {
     }
 }
 
+// Whatever the control points, and at any part of the segment.
+TEST(CurveSet, CapsulesHoldTheirPieces) {
+    Random random(11);
+    for (int i = 0; i < 4000; ++i) {
+        CurveSegment s;
+        for (Point3f &p : s.cp)
+            p = random.Point();
+        if (i % 5 == 1)
+            s.cp[1] = s.cp[0]; // uneven pace
+        if (i % 5 == 2)
+            s.cp[2] = s.cp[0] + (s.cp[0] - s.cp[3]) * 0.5f; // beyond its chord
+        if (i % 5 == 3)
+            s.cp[3] = s.cp[0]; // a loop
+        s.width[0] = random(0, 0.2f), s.width[1] = random(0, 0.2f);
+        const int pieces = 1 << (i % 4);
+        for (int k = 0; k < pieces; ++k) {
+            const double u0 = double(k) / pieces, u1 = double(k + 1) / pieces;
+            const CurveCapsule capsule = CapsuleOf(s, u0, u1);
+            const double e2 = capsule.e.LengthSquared();
+            Vector3d cp[4];
+            for (size_t c = 0; c < 4; ++c)
+                cp[c] = Vector3d(s.cp[c]);
+            for (int j = 0; j <= 16; ++j) {
+                const double u = u0 + (u1 - u0) * j / 16;
+                const Vector3d p = EvalBezier(cp, u) - capsule.p;
+                const double along = e2 > 0 ? std::clamp(Dot(p, capsule.e) / e2, 0., 1.) : 0;
+                const double half = 0.5 * Lerp<double>(u, s.width[0], s.width[1]);
+                EXPECT_LE((p - capsule.e * along).Length() + half, capsule.radius * (1 + 1e-12))
+                    << i << " piece " << k << " u " << u;
+            }
+        }
+    }
+}
+
+// A shallow bow needs half the room around the middle of the bow that it needs around its chord.
+TEST(CurveSet, CapsulesLieAlongTheMiddleOfTheBow) {
+    CurveSegment s;
+    s.cp[0] = {0, 0, 0}, s.cp[1] = {1, 0.1f, 0}, s.cp[2] = {2, 0.1f, 0}, s.cp[3] = {3, 0, 0};
+    s.width[0] = s.width[1] = 0.02f;
+    const double bow = 0.75 * 0.1; // of the summit over the chord
+    const CurveCapsule capsule = CapsuleOf(s, 0, 1);
+    EXPECT_NEAR(capsule.p.y, bow / 2, 1e-8);
+    EXPECT_GE(capsule.radius, 0.01 + bow / 2 - 1e-8);
+    EXPECT_LE(capsule.radius, 0.01 + 0.55 * bow);
+}
+
 TEST(CurveSet, ACurveOfManyTakesAtMost250Bytes) {
     // A small set may spend more: it is the millions that fill a memory.
     const auto bytes = [](size_t strands) {
