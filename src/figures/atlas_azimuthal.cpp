@@ -179,7 +179,7 @@ AtlasMap CausticMap(const AtlasOptions &o) {
         {"with Δh_M = 0.5, as published and ours",
          FillMap(map.x, map.y, [&](double eta, double wc) { return std::min(0.5, width(eta, wc)); })}};
     double ruled = 2;
-    for (double eta = 1.3; eta < 2; eta += 1e-3)
+    for (const double eta : Linspace(1.3, 2, 701))
         if (width(eta, 1.5) > 0.5) {
             ruled = eta;
             break;

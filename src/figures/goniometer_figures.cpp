@@ -139,7 +139,7 @@ FigureData Marschner05(const FigureOptions &options) {
             blue{.label = "blue", .x = {}, .y = {}, .error = {}, .color = 0};
         LobeSlice r, trt;
         // Fiber turned, light and detector fixed: theta_i = theta_h - theta_d, theta_r = theta_h + theta_d.
-        for (double thetaH = -24; thetaH <= 24; thetaH += options.quick ? 4 : 2) {
+        for (const double thetaH : Linspace(-24, 24, options.quick ? 13 : 25)) {
             const FiberLight light = {(thetaH - thetaD) * kDegree, 0, {}};
             const double thetaR = (thetaH + thetaD) * kDegree;
             const FiberHistogram h = Measured(hair, light, options, 150000, {60, 36});
@@ -264,7 +264,7 @@ FigureData Marschner08(const FigureOptions &options) {
         panel.y = {.label = "S (1/sr)", .min = 0};
         panel.lines = {{.vertical = true, .at = 45, .label = "−θ_i"}};
         panel.legend = "top left";
-        for (double phi = forward ? 105 : 0; phi <= (forward ? 180 : 90); phi += 15) {
+        for (const double phi : forward ? Linspace(105, 180, 6) : Linspace(0, 90, 7)) {
             const auto cut = [&](size_t c) { return h.AlongTheta(c, 0, phi * kDegree, 4 * kDegree); };
             LobeSlice lobes[] = {cut(kR), cut(kTT), cut(kTRT), cut(h.Sum())};
             for (LobeSlice &s : lobes)

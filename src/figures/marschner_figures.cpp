@@ -37,7 +37,7 @@ FigureData Marschner10(const FigureOptions &) {
         panel.legend = "below";
         PlotSeries red{.label = "red", .x = {}, .y = {}, .error = {}, .color = 1},
             blue{.label = "blue", .x = {}, .y = {}, .error = {}, .color = 0};
-        for (double angle = -89.5; angle < 270; angle += 0.5) {
+        for (const double angle : Linspace(-89.5, 269.5, 719)) {
             const double a = angle * kDegree;
             if (std::abs(std::cos(a)) < 0.01)
                 continue; // along the fiber S is a quotient of two small numbers

@@ -168,9 +168,10 @@ std::string LogTics(double min, double max) {
     const std::vector<double> steps =
         max / min > 100 ? std::vector<double>{1, 3} : std::vector<double>{1, 2, 5};
     std::string tics;
-    for (double power = std::pow(10, std::floor(std::log10(min))); power <= max; power *= 10)
+    const int last = static_cast<int>(std::floor(std::log10(max)));
+    for (int decade = static_cast<int>(std::floor(std::log10(min))); decade <= last; ++decade)
         for (const double step : steps)
-            if (const double x = step * power; x >= min && x <= max)
+            if (const double x = step * std::pow(10, decade); x >= min && x <= max)
                 tics += (tics.empty() ? "(" : ", ") + Number(x);
     return tics.empty() ? "autofreq" : tics + ")";
 }
@@ -303,9 +304,10 @@ class PolarScale {
     }
     std::vector<double> Rings() const {
         std::vector<double> rings;
+        const double first = std::ceil(std::log10(min_) - 1e-9);
         if (log_)
-            for (double e = std::ceil(std::log10(min_) - 1e-9); e <= std::log10(max_) + 1e-9; e += step_)
-                rings.push_back(std::pow(10, e));
+            for (int i = 0; first + i * step_ <= std::log10(max_) + 1e-9; ++i)
+                rings.push_back(std::pow(10, first + i * step_));
         else
             for (int i = 0; min_ + i * step_ <= max_ * (1 + 1e-9); ++i)
                 rings.push_back(min_ + i * step_);
@@ -322,8 +324,8 @@ std::string Point(const std::array<double, 2> &p) { return Number(p[0]) + "," + 
 // The rectangle around the sector that is shown, in units of the radius: low x, low y, high x, high y.
 std::array<double, 4> PolarBounds(const PlotPanel &panel, const PolarScale &scale) {
     std::array<double, 4> box = {0, 0, 0, 0};
-    for (double degrees = panel.polarFirst; degrees <= panel.polarLast; degrees += 1) {
-        const auto p = scale.At(degrees, 1);
+    for (int i = 0; panel.polarFirst + i <= panel.polarLast; ++i) {
+        const auto p = scale.At(panel.polarFirst + i, 1);
         box = {std::min(box[0], p[0]), std::min(box[1], p[1]), std::max(box[2], p[0]),
                std::max(box[3], p[1])};
     }
@@ -334,8 +336,10 @@ std::string PolarGrid(const PlotPanel &panel, const PolarScale &scale) {
     const bool full = panel.polarLast - panel.polarFirst >= 360;
     const double step = panel.polarLast - panel.polarFirst <= 90 ? 15 : 30;
     std::string text;
-    for (double degrees = step * std::ceil(panel.polarFirst / step);
-         full ? degrees < panel.polarLast : degrees <= panel.polarLast; degrees += step) {
+    const double first = step * std::ceil(panel.polarFirst / step);
+    const int spokes = static_cast<int>(std::floor((panel.polarLast - first) / step)) + (full ? 0 : 1);
+    for (int i = 0; i < spokes; ++i) {
+        const double degrees = first + i * step;
         text += "set arrow from 0,0 to " + Point(scale.At(degrees, 1)) + " nohead back lw 1 lc rgb '" +
                 kGrid + "'\n";
         auto at = scale.At(degrees, full ? 1.06 : 1.03);
