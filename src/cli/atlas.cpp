@@ -28,7 +28,11 @@ std::string IndexPage(const Table &index, const std::vector<AtlasMap> &maps) {
         for (const char *column :
              {"fault", "what", "map", "quantity", "published", "ours", "state", "tests"}) {
             const std::string &text = index.Text(i, column);
-            page += " " + (column == std::string("map") ? "[" + text + "](" + text + ")" : text) + " |";
+            const bool isMap = column == std::string_view("map");
+            page.append(isMap ? " [" : " ").append(text);
+            if (isMap)
+                page.append("](").append(text).append(")");
+            page += " |";
         }
         page += "\n";
     }

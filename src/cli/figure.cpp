@@ -50,7 +50,7 @@ bool Make(const std::string &stem, const std::string &caption, FigureFunction ma
 
 Peer ParsePeer(const std::string &text) {
     const size_t equals = text.find('=');
-    const Peer peer{text.substr(0, equals), equals == std::string::npos ? "" : text.substr(equals + 1)};
+    Peer peer{text.substr(0, equals), equals == std::string::npos ? "" : text.substr(equals + 1)};
     for (const char *word : {"{scene}", "{out}"})
         if (peer.name.empty() || peer.command.find(word) == std::string::npos)
             throw Error("--peer \"" + text + "\" must be NAME=COMMAND with {scene} and {out} in the command");

@@ -19,12 +19,12 @@ struct Method {
 };
 
 template <class Tree>
-Method OurTree(const std::string &name, Family family, std::shared_ptr<const Tree> tree) {
+Method OurTree(const std::string &name, Family family, const std::shared_ptr<const Tree> &tree) {
     return {name, family, [tree](const CurveTask &task, CurveHit *hit) {
                 return tree->Intersect(task.ray, task.bounce ? &task.origin : nullptr, hit);
             }};
 }
-Method EmbreeTree(const std::string &name, Family family, std::shared_ptr<const EmbreeCurves> tree) {
+Method EmbreeTree(const std::string &name, Family family, const std::shared_ptr<const EmbreeCurves> &tree) {
     return {name, family,
             [tree](const CurveTask &task, CurveHit *hit) { return tree->Intersect(task, hit); }};
 }
@@ -69,6 +69,7 @@ FigureData CurvesChart(const FigureOptions &options) {
 
     const size_t timed = std::min<size_t>(tasks.bounce.size(), options.quick ? 2000 : 40000);
     std::vector<std::function<void()>> jobs;
+    jobs.reserve(methods.size());
     for (const Method &m : methods)
         jobs.push_back([&m, &tasks, timed] {
             CurveHit hit;
