@@ -78,6 +78,10 @@ class CommandLine(unittest.TestCase):
     def test_quiet_says_nothing(self):
         run = self.ok("render", "scene.pbrt", "--quiet", "-o", "a.png")
         self.assertEqual(run.stdout + run.stderr, "")
+        for words in [["render", "scene.pbrt", "-o", "a.png"], ["groom", "hair-cube", "--strands", "9", "-o", "a.hair"],
+                      ["goniometer", "--samples", "100"], ["figure", "pharr-1.16"]]:
+            for spelling in ["-q", "--quiet"]:
+                self.assertEqual(self.ok(*words, spelling).stdout, "", words)
         self.assertEqual((self.path / "a.png").read_bytes()[:4], b"\x89PNG")
 
     def test_stats_name_what_was_promised(self):
@@ -331,6 +335,23 @@ class CommandLine(unittest.TestCase):
             self.assertTrue((self.path / "maps" / f"edge.{ending}").stat().st_size > 1000, ending)
         self.assertIn("![", (self.path / "maps" / "index.md").read_text())
         self.fails("atlas", "--quick", "--chapter", "paths", "-o", "scene.pbrt/maps", says="scene.pbrt/maps")
+
+    def test_folders_that_have_the_name_of_a_file(self):
+        self.fails("goniometer", "--samples", "10", "-o", "g.bmp", says=["g.bmp", ".csv, .svg, .png or .pdf"])
+        self.fails("figure", "pharr-1.16", "-o", "f.png", says=["f.png", "NAME.csv, NAME.svg and NAME.png"])
+        self.fails("chart", "bessel", "--quick", "-o", "c.svg", says=["c.svg", "NAME.csv"])
+        self.fails("atlas", "--quick", "-o", "a.png", says=["a.png", "index.md"])
+        self.assertEqual([f.name for f in self.path.iterdir()], ["scene.pbrt"])
+        self.ok("figure", "pharr-1.16", "-o", "figures.new/")  # meant so
+        self.ok("figure", "pharr-1.16", "-o", "figures.new")  # and there now
+
+    def test_what_cannot_be_printed_is_an_error(self):
+        for words in [["features"], ["figure", "--list"], ["chart", "--list"], ["--help"], ["render", "--help"], ["--version"],
+                      ["goniometer", "--samples", "100"], ["render", "scene.pbrt", "-o", "a.exr"]]:
+            with open("/dev/full", "w") as full:
+                run = subprocess.run([PROGRAM, *words], cwd=self.path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+            self.assertEqual(run.returncode, 1, words)
+            self.assertIn("error: the standard output could not be written", run.stderr, words)
 
     def test_interrupt_writes_what_there_is(self):
         process = subprocess.Popen([PROGRAM, "render", "scene.pbrt", "--spp", "10000000", "-o", "a.exr"], cwd=self.path,

@@ -14,6 +14,7 @@ struct AtlasArguments {
     std::string folder = "atlas";
     std::vector<std::string> chapters;
     AtlasOptions options;
+    bool quiet = false;
 };
 
 // The index as a page: a table of the faults, then all pictures.
@@ -42,6 +43,8 @@ std::string IndexPage(const Table &index, const std::vector<AtlasMap> &maps) {
 }
 
 void RunAtlas(const AtlasArguments &a) {
+    CheckFolderName(a.folder,
+                    "the option takes a folder, which gets index.md and each map as .csv, .svg and .png");
     std::vector<AtlasMap> maps;
     for (const AtlasChapter &chapter : AtlasChapters()) {
         if (!a.chapters.empty() &&
@@ -49,14 +52,16 @@ void RunAtlas(const AtlasArguments &a) {
             continue;
         for (AtlasMap &map : chapter.make(a.options)) {
             WriteAtlasMap(a.folder, map);
-            std::cout << "wrote " << a.folder << "/" << map.name << ".csv, .svg, .png" << std::endl;
+            if (!a.quiet)
+                std::cout << "wrote " << a.folder << "/" << map.name << ".csv, .svg, .png" << std::endl;
             maps.push_back(std::move(map));
         }
     }
     const Table index = AtlasIndex(maps);
     WriteFileAtomically(a.folder + "/index.csv", index.Csv());
     WriteFileAtomically(a.folder + "/index.md", IndexPage(index, maps));
-    std::cout << "wrote " << a.folder << "/index.md and index.csv\n";
+    if (!a.quiet)
+        std::cout << "wrote " << a.folder << "/index.md and index.csv\n";
 }
 
 } // namespace
@@ -67,6 +72,7 @@ void AddAtlasCommand(CLI::App &app) {
     c->add_option("-o,--output", a->folder, "folder for the maps, index.md and index.csv (default: atlas)")
         ->type_name("DIR");
     c->add_flag("--quick", a->options.quick, "coarse maps");
+    c->add_flag("-q,--quiet", a->quiet, "print nothing but errors");
     std::vector<std::string> names;
     for (const AtlasChapter &chapter : AtlasChapters())
         names.emplace_back(chapter.name);

@@ -11,10 +11,12 @@ namespace cuticle {
 
 namespace {
 
+constexpr const char *kFolderHolds = "the option takes a folder, which gets NAME.csv, NAME.svg and NAME.png";
+
 struct FigureArguments {
     std::vector<std::string> names;
     std::string folder = ".";
-    bool list = false;
+    bool list = false, quiet = false;
     FigureOptions options;
     std::vector<std::string> peers;
 };
@@ -37,11 +39,13 @@ bool Make(const std::string &stem, const std::string &caption, FigureFunction ma
           const FigureArguments &a) {
     const FigureData data = make(a.options);
     WriteFigure(a.folder, stem, caption, data);
-    std::cout << "wrote " << a.folder << "/" << stem << ".csv, .svg, .png\n";
+    if (!a.quiet)
+        std::cout << "wrote " << a.folder << "/" << stem << ".csv, .svg, .png\n";
     bool all = true;
     for (const FigureCheck &c : data.checks) {
-        std::printf("  %s %s %.6g, asked for %.6g to %.6g\n",
-                    c.Holds() ? "holds: " : "BROKEN:", c.law.c_str(), c.value, c.low, c.high);
+        if (!a.quiet || !c.Holds())
+            std::printf("  %s %s %.6g, asked for %.6g to %.6g\n",
+                        c.Holds() ? "holds: " : "BROKEN:", c.law.c_str(), c.value, c.low, c.high);
         all = all && c.Holds();
     }
     std::fflush(stdout);
@@ -60,6 +64,7 @@ Peer ParsePeer(const std::string &text) {
 void RunFigures(const FigureArguments &a) {
     if (a.list)
         return ListFigures();
+    CheckFolderName(a.folder, kFolderHolds);
     bool all = true;
     for (const std::string &id : a.names) {
         const Figure &figure = FindFigure(id);
@@ -72,6 +77,7 @@ void RunFigures(const FigureArguments &a) {
 void RunCharts(FigureArguments &a) {
     if (a.list)
         return ListCharts();
+    CheckFolderName(a.folder, kFolderHolds);
     for (const std::string &peer : a.peers)
         a.options.peers.push_back(ParsePeer(peer));
     bool all = true;
@@ -93,6 +99,7 @@ CLI::App *AddCommand(CLI::App &app, const char *name, const char *what, const ch
     CLI::Option *list = c->add_flag("--list", a->list, "list all of them");
     list->excludes(which);
     c->add_flag("--quick", a->options.quick, "fewer samples and coarser grids, for a first look");
+    c->add_flag("-q,--quiet", a->quiet, "print nothing but errors and broken laws");
     c->parse_complete_callback([c, a] {
         if (a->names.empty() && !a->list)
             throw CLI::RequiredError(c->get_name() + ": the name of one, or --list,");

@@ -7,7 +7,6 @@
 #include <tbb/global_control.h>
 
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <map>
 
@@ -109,12 +108,8 @@ std::vector<std::string> OutputNames(const GoniometerArguments &a) {
     for (const char *ending : {".csv", ".svg", ".png", ".pdf"})
         if (a.output.ends_with(ending))
             return {a.output};
-    std::error_code failure;
-    std::filesystem::create_directories(a.output, failure);
-    if (failure || !std::filesystem::is_directory(a.output))
-        throw Error("cannot make the folder \"" + a.output + "\"" +
-                    (failure ? ": " + failure.message() : "") +
-                    "; a file's name ends in .csv, .svg, .png or .pdf");
+    CheckFolderName(a.output, "a file's name ends in .csv, .svg, .png or .pdf");
+    MakeFolder(a.output);
     constexpr std::array<const char *, 4> planes = {"incidence", "normal", "cone", "hemisphere"};
     const std::string stem = a.output + "/" + planes[static_cast<size_t>(a.view.plane)];
     return {stem + ".csv", stem + ".svg", stem + ".png"};

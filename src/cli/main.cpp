@@ -5,8 +5,22 @@
 #include <glog/logging.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <new>
+
+namespace cuticle {
+
+void CheckFolderName(const std::string &folder, const std::string &files) {
+    const std::filesystem::path path(folder);
+    std::error_code error;
+    if (path.has_filename() && path.extension().string().size() > 1 &&
+        !std::filesystem::is_directory(path, error))
+        throw Error("\"" + folder + "\" has the name of a file, and none of this kind is written here: " +
+                    files + " (for a folder of this name add a slash)");
+}
+
+} // namespace cuticle
 
 static int Run(int argc, char **argv) {
     google::InitGoogleLogging(argv[0]);
@@ -46,9 +60,19 @@ static int Run(int argc, char **argv) {
     return 0;
 }
 
+// What was printed has arrived, or the program fails: a full disk behind a redirection loses no table in silence.
+static bool OutputIsWhole() {
+    std::cout.flush();
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout)
+        return true;
+    std::fputs("error: the standard output could not be written (a full disk, or a closed file?)\n", stderr);
+    return false;
+}
+
 int main(int argc, char **argv) {
     try {
-        return Run(argc, argv);
+        const int status = Run(argc, argv);
+        return OutputIsWhole() || status != 0 ? status : 1;
     } catch (...) {
         std::fputs("error: an unexpected failure\n", stderr);
         return 1;

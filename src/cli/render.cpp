@@ -189,13 +189,13 @@ void AddRenderCommand(CLI::App &app) {
         ->type_name("x0 x1 y0 y1");
     c->add_option("--seed", a->seed, "seed of the random numbers; another seed, another noise (default: 0)")
         ->type_name("N");
-    c->add_option("--integrator", a->integrator, "path or directlighting (default: the scene's)")
+    c->add_option("--integrator", a->integrator, "path, directlighting or whitted (default: the scene's)")
         ->type_name("NAME");
     c->add_flag("--variance", a->variance,
                 "add the variance of every pixel's mean as channels variance.R .G .B (.exr)");
     c->add_option("--stats", a->stats, "write times, counts and memory as JSON")->type_name("FILE.json");
     c->add_flag("--quick", a->quick, "a quarter of the resolution each way and of the samples");
-    c->add_flag("--quiet", a->quiet, "no progress and no closing line; warnings and errors stay");
+    c->add_flag("-q,--quiet", a->quiet, "no progress and no closing line; warnings and errors stay");
     c->add_flag("--strict", a->strict, "warnings become errors");
     c->add_option("--compat", a->compat, "pbrt-v3: tilt the scales and mirror the fibers as pbrt-v3 does")
         ->check(CLI::IsMember({"pbrt-v3"}))

@@ -157,4 +157,11 @@ void WriteFileAtomically(const std::string &filename, const std::string &bytes) 
     file.Commit();
 }
 
+void MakeFolder(const std::string &folder) {
+    std::error_code failure;
+    std::filesystem::create_directories(folder, failure);
+    if (failure || !std::filesystem::is_directory(folder))
+        throw Error("cannot make the folder \"" + folder + "\"" + (failure ? ": " + failure.message() : ""));
+}
+
 } // namespace cuticle

@@ -50,4 +50,7 @@ class OutputFile {
 // The same for bytes that are there already.
 void WriteFileAtomically(const std::string &filename, const std::string &bytes);
 
+// Makes a folder and those above it, where they are not there yet. Throws Error with the system's reason.
+void MakeFolder(const std::string &folder);
+
 } // namespace cuticle

@@ -168,8 +168,8 @@ Table AtlasIndex(std::span<const AtlasMap> maps) {
             for (const AtlasFinding &f : map.findings)
                 if (f.row == fault.row)
                     index.Add({FaultNumber(f.row), fault.fault, map.name + ".svg", f.quantity,
-                               Printed("%.4g", f.published), Printed("%.4g", f.ours), fault.state,
-                               fault.tests});
+                               Printed("%.4g", f.published), Printed("%.4g", f.ours),
+                               f.stated ? "stated" : fault.state, fault.tests});
     for (const AtlasMap &map : maps)
         for (const AtlasFinding &f : map.findings)
             if (f.row == 0)

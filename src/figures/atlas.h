@@ -39,6 +39,7 @@ struct AtlasFinding {
     int row; // of AtlasFaults(), 0: none of them
     std::string quantity;
     double published, ours;
+    bool stated = false; // the model's own fault, ours too, though the row as a whole is mended
 };
 
 struct AtlasMap {

@@ -244,7 +244,7 @@ PlotPanel ErrorAgainstV(const std::vector<Method> &methods, const std::vector<Pl
     panel.y = {.label = "greatest relative error", .log = true, .min = 1e-17, .max = 10};
     for (const Method &m : methods) {
         PlotSeries line;
-        line.label = m.name;
+        line.label = PlainText(m.name);
         line.color = m.family;
         line.dash = m.narrow ? PlotDash::Solid : PlotDash::Dashed;
         for (const Place &p : places) {
@@ -271,7 +271,7 @@ FigureData BesselChart(const FigureOptions &options) {
                                                    Plain),
         OfOne<float, HandbookI0e<float>>("handbook 9.8 (vkdt), scaled, float", Renderers, Scaled),
         OfOne<double, HandbookI0e<double>>("handbook 9.8, scaled, double", Library, Scaled),
-        OfOne<double, LibraryI0>("std::cyl\\_bessel\\_i to x = 700, double", Library, Plain),
+        OfOne<double, LibraryI0>("std::cyl_bessel_i to x = 700, double", Library, Plain),
         OfOne<float, I0e<float>>("ours, scaled, float", Ours, Scaled),
         OfOne<double, I0e<double>>("ours, scaled, double", Ours, Scaled),
     };

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 namespace cuticle {
 
@@ -113,10 +112,7 @@ const Chart &FindChart(const std::string &name) {
 
 void WriteFigure(const std::string &folder, const std::string &stem, const std::string &caption,
                  const FigureData &data) {
-    std::error_code failure;
-    std::filesystem::create_directories(folder, failure);
-    if (failure)
-        throw Error("cannot make the folder " + folder + ": " + failure.message());
+    MakeFolder(folder);
     const std::string base = folder + "/" + stem;
     Plot plot = data.plot;
     plot.caption = caption + (data.note.empty() ? "" : " " + data.note);

@@ -185,12 +185,8 @@ std::span<const Chart> Charts() {
         {"models",
          "Models of a fiber against the simulated fiber, free parameters fitted to it for every fiber: "
          "root-mean-square error of the light over the sphere, relative to the light's, mean over the "
-         "fibers. The grid: "
-         "axis ratio 1, 0.8, 0.6 (quick: 1, 0.7), Beckmann roughness 0.1 and 0.3 (0.3), scales tilted by 0 "
-         "and 3° (3°), "
-         "σ_a = 0.05 and 0.5 per radius, η = 1.55, lit from θ = 0 and 45° and, where the section is an "
-         "ellipse, from 0, "
-         "45 and 90° around it from its longer axis. Marschner's model and the tabulated one know the "
+         "fibers. η = 1.55; lit from θ = 0 and 45° and, where the section is an ellipse, from 0, 45 and 90° "
+         "around it from its longer axis. Marschner's model and the tabulated one know the "
          "section and its "
          "azimuth, the others take the fiber for round. Sampling is measured for brown hair.",
          ModelsChart},

@@ -430,11 +430,17 @@ std::vector<Cost> CostsOf(const std::vector<AtHit> &models, const std::vector<Qu
 
 // --- the chart ------------------------------------------------------------------------------------------------------
 
-std::vector<Fiber> GridOfFibers(bool quick) {
+struct Grid {
+    std::vector<double> axisRatios, roughnesses, alphas;
+};
+Grid GridOf(bool quick) {
+    return quick ? Grid{{1, 0.7}, {0.3}, {3}} : Grid{{1, 0.8, 0.6}, {0.1, 0.3}, {0, 3}};
+}
+std::vector<Fiber> GridOfFibers(const Grid &grid, bool quick) {
     std::vector<Fiber> fibers;
-    for (const double axisRatio : quick ? std::vector<double>{1, 0.7} : std::vector<double>{1, 0.8, 0.6})
-        for (const double roughness : quick ? std::vector<double>{0.3} : std::vector<double>{0.1, 0.3})
-            for (const double alpha : quick ? std::vector<double>{3} : std::vector<double>{0, 3}) {
+    for (const double axisRatio : grid.axisRatios)
+        for (const double roughness : grid.roughnesses)
+            for (const double alpha : grid.alphas) {
                 Fiber fiber{roughness, alpha, axisRatio, 0, nullptr};
                 fiber.table = TableOf(fiber, quick);
                 for (const double sigmaA : kAbsorptions) {
@@ -443,6 +449,25 @@ std::vector<Fiber> GridOfFibers(bool quick) {
                 }
             }
     return fibers;
+}
+
+// "1, 0.8 and 0.6".
+std::string Listed(const std::vector<double> &numbers) {
+    std::string text;
+    for (size_t i = 0; i < numbers.size(); ++i)
+        text += (i == 0 ? "" : i + 1 < numbers.size() ? ", " : " and ") + Printed("%g", numbers[i]);
+    return text;
+}
+// What a run has measured, for its caption.
+std::string NoteOf(const Grid &grid, size_t round, size_t elliptical, double noisiest) {
+    const auto counted = [](size_t n, const std::string &what) {
+        return std::to_string(n) + " " + what + (n == 1 ? " fiber" : " fibers");
+    };
+    return "Measured here: " + counted(round, "round") + " and " + counted(elliptical, "elliptical") +
+           ", of axis ratio " + Listed(grid.axisRatios) + ", Beckmann roughness " + Listed(grid.roughnesses) +
+           ", scales tilted by " + Listed(grid.alphas) +
+           "°, σ_a = " + Listed({std::begin(kAbsorptions), std::end(kAbsorptions)}) + " per radius" +
+           Printed("; the simulation's own noise is at most %.1g.", noisiest);
 }
 
 // What is measured of one model, the mean over the round fibers (0) and over the elliptical ones (1).
@@ -503,7 +528,8 @@ std::vector<FigureCheck> LawsOf(const std::vector<Mean> &mean, double noisiest, 
 FigureData ModelsChart(const FigureOptions &options) {
     const bool quick = options.quick;
     const std::vector<Model> &models = Models();
-    const std::vector<Fiber> fibers = GridOfFibers(quick);
+    const Grid grid = GridOf(quick);
+    const std::vector<Fiber> fibers = GridOfFibers(grid, quick);
     std::vector<std::vector<Place>> truth;
     for (size_t i = 0; i < fibers.size();
          i += std::size(kAbsorptions)) // neighbours differ in absorption alone
@@ -570,9 +596,7 @@ FigureData ModelsChart(const FigureOptions &options) {
         PanelOf(models, mean, &Mean::evaluate, "time of an evaluation, set-up included (ns)"),
         PanelOf(models, mean, &Mean::effort, "relative variance of a sample times its time (ns)")};
     data.checks = LawsOf(mean, noisiest, quick);
-    data.note = Printed("%.0f round and ", static_cast<double>(round)) +
-                Printed("%.0f elliptical fibers; ", static_cast<double>(fibers.size() - round)) +
-                Printed("the simulation's own noise is at most %.1g.", noisiest);
+    data.note = NoteOf(grid, round, fibers.size() - round, noisiest);
     return data;
 }
 

@@ -55,8 +55,9 @@ void ReadRealistic(const ParamSet &params, Point2i resolution, float filmDiagona
     Warning(params.loc, "camera not rendered",
             "camera \"realistic\" is not rendered; a perspective camera with a thin lens of " +
                 std::to_string(static_cast<int>(std::lround(f))) + " mm takes its place" +
-                (found > 0 ? ", as long as that of \"" + file + "\""
-                           : " (no focal length could be found in \"" + file + "\")"));
+                (found > 0      ? ", as long as that of \"" + file + "\""
+                 : file.empty() ? " (it has no \"lensfile\")"
+                                : " (no focal length could be found in \"" + file + "\")"));
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
 
+#include <atomic>
 #include <limits>
 #include <sstream>
 
@@ -17,8 +18,30 @@ using SpectrumTexture = std::shared_ptr<const Texture<Spectrum>>;
 FloatTexture OwnFloat(const ParamSet &params, const TextureTable &textures, const char *name) {
     return params.Find(name) ? textures.GetFloatTexture(params, name, 0) : nullptr;
 }
-SpectrumTexture OwnSpectrum(const ParamSet &params, const TextureTable &textures, const char *name) {
-    return params.Find(name) ? textures.GetSpectrumTexture(params, name, Spectrum(0)) : nullptr;
+
+// A share of the light, each colour in [0, 1]; values beyond are taken as these, with one warning at the parameter's place.
+class ShareOfLight final : public Texture<Spectrum> {
+  public:
+    ShareOfLight(SpectrumTexture texture, const Param &p)
+        : texture_(std::move(texture)), loc_(p.loc), name_(p.name) {}
+    Spectrum Evaluate(const TexturePoint &point) const override {
+        const Spectrum given = texture_->Evaluate(point), used = given.Clamp(0, 1);
+        if (given.IsFinite() && !(given == used) && !warned_.exchange(true))
+            Warning(loc_, "colour of a fiber out of range",
+                    "\"" + name_ + "\" is a share of the light, from 0 to 1; values beyond are set to these");
+        return used;
+    }
+
+  private:
+    SpectrumTexture texture_;
+    FileLoc loc_;
+    std::string name_;
+    mutable std::atomic<bool> warned_ = false;
+};
+SpectrumTexture OwnShare(const ParamSet &params, const TextureTable &textures, const char *name) {
+    const Param *p = params.Find(name);
+    return p ? std::make_shared<ShareOfLight>(textures.GetSpectrumTexture(params, name, Spectrum(0)), *p)
+             : nullptr;
 }
 
 // "kajiya-kay". Own parameters: Kd, Ks, exponent. Derived: Ks is the light that a smooth fiber of this eta, met square to
@@ -27,8 +50,8 @@ SpectrumTexture OwnSpectrum(const ParamSet &params, const TextureTable &textures
 class KajiyaKayMaterial : public Material {
   public:
     KajiyaKayMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &)
-        : color_(params, textures), shape_(params, textures), kd_(OwnSpectrum(params, textures, "Kd")),
-          ks_(OwnSpectrum(params, textures, "Ks")), exponent_(OwnFloat(params, textures, "exponent")) {}
+        : color_(params, textures), shape_(params, textures), kd_(OwnShare(params, textures, "Kd")),
+          ks_(OwnShare(params, textures, "Ks")), exponent_(OwnFloat(params, textures, "exponent")) {}
 
     void MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const override {
         const TexturePoint point{si.p, si.uv, si.strandColors};
@@ -37,12 +60,12 @@ class KajiyaKayMaterial : public Material {
         const std::array<float, 3> sigmaA = color_.SigmaA(point, shape_.betaN->Evaluate(point)).c;
         Spectrum kd, ks;
         if (kd_)
-            kd = kd_->Evaluate(point).Clamp();
+            kd = kd_->Evaluate(point);
         else
             kd.c = MeanOverWidth<8, float>(
                 [&](float gamma) { return fiber.Tail(1, gamma, sigmaA, SegmentLength::Chord); });
         if (ks_)
-            ks = ks_->Evaluate(point).Clamp();
+            ks = ks_->Evaluate(point);
         else
             ks.c = MeanOverWidth<8, float>(
                 [&](float gamma) { return fiber.Attenuation(0, gamma, sigmaA, SegmentLength::Chord); });
@@ -122,7 +145,7 @@ class MarschnerMaterial : public Material {
   public:
     MarschnerMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &)
         : color_(params, textures), shape_(params, textures), angles_(params, textures, 2),
-          kd_(OwnSpectrum(params, textures, "Kd")), wc_(OwnFloat(params, textures, "w_c")),
+          kd_(OwnShare(params, textures, "Kd")), wc_(OwnFloat(params, textures, "w_c")),
           eccentricity_(OwnFloat(params, textures, "eccentricity")) {
         choices_.kG = params.FindFloat("k_G", choices_.kG);
         choices_.etaRange = params.FindFloat("delta_eta", choices_.etaRange);

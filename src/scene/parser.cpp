@@ -319,6 +319,7 @@ class Parser {
     size_t includes_ = 0;
     // An Include or a .spd file was not there: names may be unknown because of it, which is not said again.
     bool missingFile_ = false;
+    bool metMedium_ = false;       // participating media have been warned of
     bool unknownMaterial_ = false; // a NamedMaterial that is not has been warned of
     bool inWorld_ = false, done_ = false;
 
@@ -1221,8 +1222,11 @@ void Parser::Medium(const Token &word) {
         if (type && type->type == ParamType::String && type->strings.size() == 1)
             CheckPluginName(PluginKind::Medium, type->strings[0], Place(word, *type));
     }
-    Warning(Loc(word), "participating media",
-            "participating media are not rendered; all space is taken as empty");
+    // A medium is made once and named often: one line says it for all.
+    if (!metMedium_)
+        Warning(Loc(word), "participating media",
+                "participating media are not rendered; all space is taken as empty");
+    metMedium_ = true;
 }
 
 // --- transformations -------------------------------------------------------------------------------------------------

@@ -282,6 +282,17 @@ TEST(HairModel, ScalesTiltTTAndTRTTowardTheTip) {
             << p; // near 0.2 the peak of a wide lobe lies a little further out
     }
 }
+// Pharr's text gives alpha in degrees and its listing takes the sine of that number. R is turned by 2 alpha: the listing read
+// literally would turn it by 2 radians for each degree.
+TEST(HairModel, AlphaIsInDegrees) {
+    for (const float alpha : {2.f, 3.f, 30.f}) {
+        const HairLobes<double> hair({0, kEta, {0, 0, 0}, 0.3f, 0.3f, alpha, ScaleTilt::RootToTip});
+        const double degrees = static_cast<double>(alpha);
+        EXPECT_NEAR(std::abs(hair.sinTilt[0]), std::sin(2 * degrees * kPi<double> / 180), 1e-12);
+        EXPECT_NEAR(hair.cosTilt[0], std::cos(2 * degrees * kPi<double> / 180), 1e-12);
+        EXPECT_GT(std::abs(std::abs(hair.sinTilt[0]) - std::abs(std::sin(2 * degrees))), 0.1);
+    }
+}
 TEST(HairModel, AlphaOfManyTurnsIsReduced) {
     for (const float alpha : {3.f, -40.f}) {
         const HairLobes<double> a({0, kEta, {0, 0, 0}, 0.3f, 0.3f, alpha, ScaleTilt::RootToTip});

@@ -71,14 +71,26 @@ TEST(SmoothFiber, ReflectionAndTransmissionRoots) {
     for (double phi = -3.1; phi < 3.1; phi += 0.01) {
         EXPECT_EQ(fiber.Roots(0, phi).count, 1u);
         EXPECT_EQ(fiber.Roots(1, phi).count, std::abs(phi) > dark ? 1u : 0u) << phi;
-        // d'Eon et al., section 5, with the root over its denominator that print has lost.
-        if (std::abs(phi) > dark) {
-            const double a = 1 / 1.55, s = std::copysign(1., phi);
-            EXPECT_NEAR(std::sin(fiber.Roots(1, phi).gamma[0]),
-                        s * std::cos(phi / 2) / std::sqrt(1 + a * a - 2 * a * std::sin(std::abs(phi) / 2)),
-                        1e-13);
-        }
     }
+}
+
+// d'Eon et al. 2011, section 5: the h whose TT leaves at phi, with the root over its denominator that our text of the paper
+// has lost. Without it some light would meet the fiber beside it, abs(h) > 1.
+TEST(SmoothFiber, ClosedFormOfTTNeedsItsRoot) {
+    const SmoothFiber<double> fiber = AtNormalIncidence(1.55);
+    const double a = 1 / 1.55;
+    double asPrinted = 0, most = 0;
+    for (double phi = 2 * std::asin(a) + 1e-3; phi < kPi<double>; phi += 0.01) {
+        const double h = std::sin(fiber.Roots(1, phi).gamma[0]),
+                     squared = 1 + a * a - 2 * a * std::sin(phi / 2);
+        EXPECT_NEAR(h, std::cos(phi / 2) / std::sqrt(squared), 1e-13);
+        EXPECT_NEAR(std::sin(fiber.Roots(1, -phi).gamma[0]), -h, 1e-13);
+        asPrinted = std::max(asPrinted, std::abs(std::cos(phi / 2) / squared - h));
+        most = std::max(most, std::cos(phi / 2) / squared);
+    }
+    std::printf("without the root h is off by up to %.3f and reaches %.3f\n", asPrinted, most);
+    EXPECT_GT(asPrinted, 0.1);
+    EXPECT_GT(most, 1);
 }
 
 // TRT: 0, 1, 2 or 3 roots. At eta' = 1.55 its paths end at 19.3 degrees, beyond the caustics at 18.6.

@@ -40,6 +40,8 @@ TEST_P(EveryChart, KeepsItsLaws) {
     options.scenes = CUTICLE_SOURCE_DIR "/scenes";
     const FigureData data = GetParam().make(options);
     EXPECT_GT(data.table.Rows(), 0u);
+    EXPECT_EQ(data.table.Csv().find_first_of("\\{}"), std::string::npos)
+        << "gnuplot's marks belong to the plot";
     EXPECT_FALSE(data.checks.empty()) << "a chart carries at least one law";
     for (const FigureCheck &check : data.checks)
         EXPECT_TRUE(check.Holds()) << check.law << " " << check.value << ", asked for " << check.low << " to "

@@ -249,7 +249,10 @@ TEST(RealisticCamera, StandsInWithTheLensesFocalLength) {
     // No file: 50 mm
     EXPECT_NEAR(MakeCamera(OfType("realistic"), {300, 400}, 50).Parameters().fov,
                 Degrees(2 * std::atan(15 / 50.f)), 1e-3);
+    testing::internal::CaptureStderr();
+    MakeCamera(OfType("realistic"), {300, 400}, 50);
     EXPECT_EQ(FlushWarnings(), 1u);
+    EXPECT_NE(testing::internal::GetCapturedStderr().find("(it has no \"lensfile\")"), std::string::npos);
 }
 
 TEST(Camera, RefusesNonsense) {

@@ -443,6 +443,14 @@ TEST(Parser, LightsAndMedia) {
     EXPECT_EQ(s.lights[1].params.FindFilename("mapname"), kData + "/sky.exr");
     EXPECT_TRUE(
         Has(WarningOf("MediumInterface \"\" \"fog\"\n" + World("")), "participating media are not rendered"));
+    // Made and named: one line
+    testing::internal::CaptureStderr();
+    Parse("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n" +
+          World("MediumInterface \"fog\" \"\""));
+    FlushWarnings();
+    const std::string fog = testing::internal::GetCapturedStderr();
+    EXPECT_TRUE(Has(fog, "test.pbrt:1:1: warning: participating media")) << fog;
+    EXPECT_EQ(std::count(fog.begin(), fog.end(), '\n'), 1) << fog;
 }
 
 // --- objects -------------------------------------------------------------------------------------------------------------
