@@ -466,7 +466,8 @@ TEST_P(Hair, EtaBelowOneReflectsTotally) {
 // Just inside the critical angle TRT turns by a vector whose square underflows: u near 1 may still choose it.
 TEST_P(Hair, NearTotalReflectionDirectionsAreUnit) {
     for (int i = -2000; i < 2000; ++i) {
-        const float sinO = 1e-3f * (1 + 1e-7f * static_cast<float>(i * i * i) * 1e-5f);
+        const auto x = static_cast<float>(i);
+        const float sinO = 1e-3f * (1 + 1e-7f * (x * x * x) * 1e-5f);
         const Vector3f wo = Normalize(Vector3f(sinO, 0.96f, -0.28f));
         for (const float u : {0.f, 0.5f, OneMinusEpsilon}) {
             const HairBSDF hair(0, 1e-3f, Spectrum(8.f, 0.f, 0.6f), 1, 0.5f, 6);
