@@ -271,6 +271,28 @@ FigureData Deon06(const FigureOptions &) {
     return data;
 }
 
+// What N_TT's B / R is at phi = pi, by other means than the model's: a plain sum over the width at normal incidence, from
+// Snell's law, the chord and Fresnel's formulas, each ray blurred by a Gaussian with its two images. beta in degrees.
+static double StraightOnBlueOverRed(const Spectrum &sigmaA, double beta) {
+    const double eta = 1.55;
+    const int rays = 100000;
+    double red = 0, blue = 0;
+    for (int i = 0; i < rays; ++i) {
+        const double h = (2 * i + 1.) / rays - 1, gammaO = std::asin(h), gammaT = std::asin(h / eta);
+        const double s = (std::cos(gammaO) - eta * std::cos(gammaT)) /
+                         (std::cos(gammaO) + eta * std::cos(gammaT)),
+                     p = (eta * std::cos(gammaO) - std::cos(gammaT)) /
+                         (eta * std::cos(gammaO) + std::cos(gammaT));
+        double detector = 0;
+        for (const int turn : {-1, 0, 1})
+            detector += std::exp(-Sqr((2 * (gammaO - gammaT) / kDegree + 360 * turn) / beta) / 2);
+        const double weight = Sqr(1 - (s * s + p * p) / 2) * detector, chord = 2 * std::cos(gammaT);
+        red += weight * std::exp(-double(sigmaA[0]) * chord),
+            blue += weight * std::exp(-double(sigmaA[2]) * chord);
+    }
+    return blue / red;
+}
+
 FigureData Deon08(const FigureOptions &) {
     const Spectrum brown = HairBSDF::SigmaAFromConcentration(1.3f, 0);
     FigureData data{Table({"beta_deg", "phi_deg", "N_R", "N_G", "N_B"}), {}, "", {}};
@@ -279,7 +301,7 @@ FigureData Deon08(const FigureOptions &) {
     ratio.x = {.label = "φ (degrees)", .min = -180, .max = 180, .step = 60};
     ratio.y = {.label = "N_{TT}, B / R", .min = 0, .max = 0.2, .step = 0.05};
     ratio.legend = "bottom center";
-    std::array<std::array<double, 3>, 2> whole = {};
+    ratio.left = 0.1;
     std::array<double, 2> atPi = {};
     for (const bool rough : {false, true}) {
         DEonParameters parameters;
@@ -290,7 +312,8 @@ FigureData Deon08(const FigureOptions &) {
         PlotPanel strip;
         strip.kind = PlotKind::HeatMap;
         strip.x = {.label = "", .min = -180, .max = 180, .step = 60};
-        strip.y = {.label = rough ? "rough" : "smooth", .step = 1};
+        strip.y.names = {{{0.5, rough ? "β = 25°" : "β = 0.5°"}}};
+        strip.left = 0.1;
         PlotHeatMap &map = strip.heatMap;
         map.columns = 721, map.rows = 2, map.xMin = -180.25, map.xMax = 180.25;
         PlotSeries curve;
@@ -304,8 +327,6 @@ FigureData Deon08(const FigureOptions &) {
             brightest = std::max(brightest, Luminance(n));
             // Where there is no light there is no colour.
             curve.x.push_back(degrees), curve.y.push_back(n[0] > 1e-4 ? n[2] / n[0] : NAN);
-            for (size_t c = 0; c < 3; ++c)
-                whole[rough][c] += degrees < 180 ? n[c] : 0;
             if (degrees == 180)
                 atPi[rough] = n[2] / n[0];
         }
@@ -317,12 +338,16 @@ FigureData Deon08(const FigureOptions &) {
         data.plot.panels.push_back(strip);
     }
     data.plot.panels.push_back(ratio);
+    const double shift = StraightOnBlueOverRed(brown, 25) / StraightOnBlueOverRed(brown, 0.5);
     data.checks = {
-        {"all around, both fibers have one colour: B / R of the rough one over that of the smooth one",
-         whole[1][2] / whole[1][0] / (whole[0][2] / whole[0][0]), 0.99, 1.01},
-        {"straight on (φ = π), the colour shifts with roughness: B / R of the rough one over that of the "
-         "smooth one",
-         atPi[1] / atPi[0], 1.02, 3},
+        {"straight on (φ = π), B / R of the smooth fiber over that of light through its middle, exp(-2 (σ_B "
+         "− "
+         "σ_R))",
+         atPi[0] / std::exp(-2 * (double(brown[2]) - double(brown[0]))), 0.999, 1.001},
+        {"B / R of the rough one over that of a sum over its width",
+         atPi[1] / StraightOnBlueOverRed(brown, 25), 0.999, 1.001},
+        {"so the colour shifts toward blue, B / R growing by the factor", atPi[1] / atPi[0], shift * 0.999,
+         shift * 1.001},
     };
     data.note = Printed("Straight on, B / R is %.3f smooth ", atPi[0]) + Printed("and %.3f rough.", atPi[1]);
     return data;
@@ -350,10 +375,16 @@ FigureData Deon09(const FigureOptions &options) {
     PlotPanel picture, difference;
     picture.kind = PlotKind::HeatMap;
     picture.x = difference.x = {.label = "thickness", .min = 0, .max = thickest, .step = 1};
-    picture.y = {.label = "share of pheomelanin"};
+    picture.y.names = {{{-0.15, "eumelanin: bands"},
+                        {-0.05, "RGB"},
+                        {0.5, "mixtures: bands"},
+                        {1.05, "RGB"},
+                        {1.15, "pheomelanin: bands"}}};
+    picture.left = difference.left = 0.2;
     PlotHeatMap &map = picture.heatMap;
     map.columns = thicknesses.size(), map.rows = 120;
-    map.xMax = thickest, map.yMin = 1.2, map.yMax = -0.2; // rows from the top: eumelanin first
+    // Share of pheomelanin; rows from the top. The pure pigments have strips of their own above and below.
+    map.xMax = thickest, map.yMin = 1.2, map.yMax = -0.2;
     for (size_t row = 0; row < map.rows; ++row) {
         const double y = map.yMin + (static_cast<double>(row) + 0.5) * (map.yMax - map.yMin) / 120;
         const bool byRgb = (y < 0 && y > -0.1) || (y > 1 && y < 1.1);
@@ -364,7 +395,7 @@ FigureData Deon09(const FigureOptions &options) {
         }
     }
     difference.y = {.label = "CIEDE2000", .min = 0};
-    difference.legend = "top right";
+    difference.legend = "top left";
     double greatest = 0;
     for (const double share : {0., 0.5, 1.}) {
         PlotSeries curve;

@@ -176,6 +176,13 @@ std::string LogTics(double min, double max) {
     return tics.empty() ? "autofreq" : tics + ")";
 }
 
+std::string NamedTics(const std::vector<std::pair<double, std::string>> &names) {
+    std::string tics;
+    for (const auto &[at, name] : names)
+        tics += (tics.empty() ? "" : ", ") + Quoted(name) + " " + Number(at);
+    return "(" + tics + ")";
+}
+
 std::string AxisText(const char *name, const PlotAxis &axis) {
     // Less than three decades: plain numbers.
     const bool plain = !axis.log || (axis.min && axis.max && *axis.max / *axis.min < 1e3);
@@ -186,9 +193,10 @@ std::string AxisText(const char *name, const PlotAxis &axis) {
                                        : " '10^{%T}'\n");
     text += std::string("set ") + name + "range " + AxisRange(axis) + "\n";
     text += std::string("set ") + name + "tics nomirror out scale 0.6,0.3 " +
-            (!plain || (!axis.log && axis.step <= 0) ? "autofreq"
-             : axis.log                              ? LogTics(*axis.min, *axis.max)
-                                                     : Number(axis.step)) +
+            (axis.names                                ? NamedTics(*axis.names)
+             : !plain || (!axis.log && axis.step <= 0) ? "autofreq"
+             : axis.log                                ? LogTics(*axis.min, *axis.max)
+                                                       : Number(axis.step)) +
             "\n";
     text += std::string(axis.log && !plain ? "set m" : "unset m") + name + "tics\n";
     text += std::string("set ") + name + "label " + Quoted(axis.label) + "\n";
@@ -587,6 +595,8 @@ std::string GnuplotText(const Plot &plot, const std::string &terminal) {
         std::string besides = panel.right > 0
                                   ? "set rmargin at screen " + Number((column + panel.right) / columns) + "\n"
                                   : "set rmargin -1\n";
+        besides += panel.left > 0 ? "set lmargin at screen " + Number((column + panel.left) / columns) + "\n"
+                                  : "set lmargin -1\n";
         if (i == 0 && !plot.title.empty())
             besides += "set label " + Quoted(plot.title) + " at screen 0.5, screen " +
                        Number(1 - part(kTitleHeight / 2)) + " center font ',15' textcolor rgb '" + kInk +

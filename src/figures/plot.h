@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuticle {
@@ -47,6 +48,8 @@ struct PlotAxis {
     double step = 0;
     bool exponents =
         false; // the numbers along the axis are exponents of 10, and shown as such (not with log)
+    // Names at places along the axis stand in for numbers; an empty list leaves the axis without either.
+    std::optional<std::vector<std::pair<double, std::string>>> names = {};
 };
 
 // A straight reference line across the panel: x = at (vertical) or y = at.
@@ -82,6 +85,7 @@ struct PlotPanel {
     std::string legend = "top right"; // gnuplot's words for a place: left, right, top, bottom, outside, below
     double right =
         0; // if not 0: the axes end at this share of the panel's width, and the legend stands beyond
+    double left = 0; // if not 0: the axes begin at this share of the panel's width
     double polarZero = 0;
     bool clockwise = false;
     double polarFirst = -180, polarLast = 180; // the sector that is shown, 0 to 360 degrees wide

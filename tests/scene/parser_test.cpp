@@ -444,6 +444,7 @@ TEST(Parser, LightsAndMedia) {
     EXPECT_TRUE(
         Has(WarningOf("MediumInterface \"\" \"fog\"\n" + World("")), "participating media are not rendered"));
     // Made and named: one line
+    FlushWarnings();
     testing::internal::CaptureStderr();
     Parse("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n" +
           World("MediumInterface \"fog\" \"\""));
