@@ -70,7 +70,7 @@ std::string SliceCsv(const FiberHistogram &histogram, const GoniometerArguments 
         for (size_t k = 0; k < histogram.Channels(); ++k) {
             slices.push_back(GoniometerSlice(histogram, a.light, a.view, c, k));
             const std::string name = histogram.ClassName(c) + "_" + std::to_string(k);
-            text += "," + name + "_per_sr," + name + "_error";
+            text.append(",").append(name).append("_per_sr,").append(name).append("_error");
         }
     text += '\n';
     for (size_t i = 0; i < slices[0].angle.size(); ++i) {

@@ -189,7 +189,7 @@ struct ColumnHats {
         return {(static_cast<T>(column) + T(0.5)) * kStep - kPi<T>, kStep, kStep};
     }
     static Covers<T> Over(T phi) {
-        const T x = phi / kStep + kCount / 2 - T(0.5), y = x < 0 ? x + kCount : x;
+        const T x = phi / kStep + T(kCount) / 2 - T(0.5), y = x < 0 ? x + kCount : x;
         const size_t low = y > 0 ? std::min(static_cast<size_t>(y), kCount - 1) : 0; // NaN: any
         const T fraction = y - static_cast<T>(low);
         return {{low, (low + 1) % kCount}, {(1 - fraction) / kStep, fraction / kStep}};

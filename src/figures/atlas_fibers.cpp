@@ -234,7 +234,8 @@ bool IsFarField(const AtlasModel &model) {
 }
 
 double Asymmetry(const AtlasModel &model, FiberInputs in, double thetaO, size_t offsets, size_t pairs) {
-    std::vector<std::unique_ptr<AtlasFiber>> fibers;
+    std::vector<std::unique_ptr<AtlasFiber>> fibers; // at least one
+    fibers.reserve(offsets);
     for (size_t k = 0; k < offsets; ++k) {
         in.h = offsets == 1 ? in.h : 2 * (static_cast<double>(k) + 0.5) / static_cast<double>(offsets) - 1;
         fibers.push_back(model.At(in));
@@ -243,7 +244,7 @@ double Asymmetry(const AtlasModel &model, FiberInputs in, double thetaO, size_t 
     double sum = 0, count = 0;
     for (size_t k = 0; k < pairs; ++k) {
         Vector3d wi;
-        if (!(fibers[k % offsets]->Sample(wo, EvenlySpread(k), &wi).pdf > 0))
+        if (!(fibers[k % fibers.size()]->Sample(wo, EvenlySpread(k), &wi).pdf > 0))
             continue;
         double there = 0, back = 0;
         for (const auto &fiber : fibers) {

@@ -107,7 +107,7 @@ struct Drawing {
     int blocks = 0;
 
     std::string Block(const std::string &rows) {
-        const std::string name = "$d" + std::to_string(blocks++);
+        std::string name = "$d" + std::to_string(blocks++);
         data += name + " << EOD\n" + rows + "EOD\n";
         return name;
     }
@@ -209,8 +209,8 @@ std::string ReferenceLines(const PlotPanel &panel) {
         const std::string at = Number(line.at);
         const std::string from = line.vertical ? at + ", graph 0" : "graph 0, first " + at;
         const std::string to = line.vertical ? at + ", graph 1" : "graph 1, first " + at;
-        text += "set arrow from first " + from + " to first " + to + " nohead back lw 1 dt (5,4) lc rgb '" +
-                kFaint + "'\n";
+        text.append("set arrow from first ").append(from).append(" to first ").append(to);
+        text.append(" nohead back lw 1 dt (5,4) lc rgb '").append(kFaint).append("'\n");
         if (!line.label.empty())
             text += "set label " + Quoted(line.label) + " at " +
                     (line.vertical ? "first " + at + ", graph 0.97 rotate by 90 right offset 0.8,0"

@@ -409,11 +409,10 @@ class Scene::Builder {
         if (!part->haveCurves)
             return;
         if (options_.binaryCurves) {
-            part->binaryCurves.emplace(std::move(curves.segments), curveTypes_,
-                                       std::move(curves.ribbonNormals));
+            part->binaryCurves.emplace(std::move(curves.segments), curveTypes_, curves.ribbonNormals);
             return;
         }
-        part->curves = CurveSet(std::move(curves.segments), curveTypes_, std::move(curves.ribbonNormals));
+        part->curves = CurveSet(std::move(curves.segments), curveTypes_, curves.ribbonNormals);
         if (const size_t dropped = part->curves.DroppedSegments())
             Warning("curves that cannot be met", std::to_string(dropped) +
                                                      " curve segments have points that are not finite, or "
@@ -690,7 +689,7 @@ size_t Scene::Curves() const {
 }
 size_t Scene::Instances() const { return instances_.Size(); }
 size_t Scene::MemoryBytes() const {
-    size_t n = world_.MemoryBytes() + instances_.MemoryBytes() + objectOf_.size() * sizeof(Part *);
+    size_t n = world_.MemoryBytes() + instances_.MemoryBytes() + objectOf_.size() * sizeof(void *);
     for (const auto &object : objects_)
         n += object->MemoryBytes();
     return n;

@@ -481,8 +481,9 @@ void WriteLeaf(const std::vector<CurveCapsule> &capsules, const std::vector<uint
             std::memcpy(arrays + 2 * (array * n + i), &number, 2);
         };
         for (int c = 0; c < 3; ++c) {
-            put(static_cast<size_t>(kP0x + c), std::nearbyint((capsules[i].p[c] - origin[c]) / frame.scale));
-            put(static_cast<size_t>(kEx + c), std::nearbyint(capsules[i].e[c] / frame.scale));
+            put(size_t(kP0x) + static_cast<size_t>(c),
+                std::nearbyint((capsules[i].p[c] - origin[c]) / frame.scale));
+            put(size_t(kEx) + static_cast<size_t>(c), std::nearbyint(capsules[i].e[c] / frame.scale));
         }
         // Beginning and extent are each off by at most sqrt(3)/2 steps, a point of the chord by both
         put(kRadius, std::ceil(capsules[i].radius / frame.scale + 1.74));
