@@ -470,7 +470,8 @@ def marschner_numbers(f):
 def marschner_fibers():
     """A Latin choice again."""
     for k in range(10):
-        yield dict(eta=of_binary32(1.55, 1.5, 1.375)[k % 3], sigma=of_binary32(*((0, 0, 0), (0.125, 0.25, 0.5), (0.5, 1, 2))[(k + k // 3) % 3]),
+        yield dict(eta=of_binary32(1.55, 1.5, 1.375)[k % 3],
+                   sigma=of_binary32(*((0, 0, 0), (0.125, 0.25, 0.5), (0.5, 1, 2))[(k + k // 3) % 3]),
                    alpha=of_binary32(*((-5, 2.5, 7.5), (0, 0, 0), (-3, 1.5, 4.5))[k // 2 % 3]),
                    beta=of_binary32(*((7.5, 3.75, 15), (5, 2.5, 10), (14, 8, 22))[k // 3 % 3]),
                    eccentricity=binary32((1, 0.9, 1, 0.85, 1.125)[k % 5]), k_g=binary32((1, 0.4, 2.5, 0)[k % 4]),
@@ -530,7 +531,8 @@ DEON_NUMBERS = ('h', 'eta', 'sigma', 'beta_m', 'beta_n')
 def deon_fibers(far=False):
     hs = (0, 0.5, -0.75, 0.9375, -0.25)
     for k in range(10):
-        yield dict({} if far else {'h': mpf(hs[k % 5])}, eta=of_binary32(1.55, 1.375)[k % 2], sigma=of_binary32(*((0, 0, 0), (0.125, 0.25, 0.5), (0.5, 1, 2))[(k + k // 3) % 3]),
+        yield dict({} if far else {'h': mpf(hs[k % 5])}, eta=of_binary32(1.55, 1.375)[k % 2],
+                   sigma=of_binary32(*((0, 0, 0), (0.125, 0.25, 0.5), (0.5, 1, 2))[(k + k // 3) % 3]),
                    alpha=of_binary32(*((-6, 3, 12), (0, 0, 0), (-10, 5, 15))[k // 2 % 3]),
                    beta_m=of_binary32(*((8, 4, 16), (20, 10, 30), (3, 2, 5))[k // 3 % 3]),
                    beta_n=of_binary32(*((8, 8, 16), (25, 12, 40), (4, 70, 30))[(k + 1) % 3]), lobes=(4, 3, 6)[k % 3], printed=int(k % 4 == 3))
