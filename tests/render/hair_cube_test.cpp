@@ -10,17 +10,20 @@
 namespace cuticle {
 namespace {
 
-// The front of the cube of 100 x 100 hairs under a white dome, without its edges: the mean colour. A matte sphere beside it
-// would show its own.
-Spectrum CubeFront(const Spectrum &sigmaA, float betaN) {
+// The front of a cube of hairs under a white dome, without its edges: the mean colour. A matte sphere beside it would show
+// its own. size 1: the figure's 100 x 100 hairs.
+Spectrum CubeFront(const Spectrum &sigmaA, float betaN, int size = 1) {
+    const double window = 0.8 * size;
     std::ostringstream text;
     text << R"(Film "image" "integer xresolution" 16 "integer yresolution" 16 PixelFilter "box"
-LookAt 0 0 9  0 0 0  0 1 0 Camera "orthographic" "float screenwindow" [-0.8 0.8 -0.8 0.8]
+LookAt 0 0 99  0 0 0  0 1 0 Camera "orthographic" "float screenwindow" [)"
+         << -window << " " << window << " " << -window << " " << window << R"(]
 Sampler "sobol" "integer pixelsamples" 64 Integrator "path" "integer maxdepth" 500
 WorldBegin LightSource "infinite" "rgb L" [1 1 1]
 Material "hair" "rgb sigma_a" [)"
          << sigmaA[0] << " " << sigmaA[1] << " " << sigmaA[2] << R"(] "float beta_n" )" << betaN << R"(
-Shape "groom" "string kind" "hair-cube" "integer strands" 10000 WorldEnd)";
+Shape "groom" "string kind" "hair-cube" "integer strands" )"
+         << 10000 * size * size << " \"float side\" " << 2 * size << " WorldEnd";
     SceneDescription description = ParseSceneText(text.str(), "cube.pbrt");
     const Scene scene(&description, {});
     RenderOptions options;
@@ -61,6 +64,19 @@ TEST(HairCube, LooksLikeTheColourThatWasAsked) {
             for (int b = 0; b < 3; ++b)
                 EXPECT_EQ(cube.color[a] < cube.color[b], seen[a] < seen[b]);
     }
+}
+
+// Why the figure's cubes miss their colours: light that enters by the other sides of so small a cube reaches the front where
+// hardly anything is absorbed, and less of it does in a larger one; and R is white.
+TEST(HairCube, TheInsideOfALargerMassIsNearer) {
+    const Spectrum color(0.8f, 0.4f, 0.05f), sigmaA = HairBSDF::SigmaAFromReflectance(color, 0.3f);
+    const Spectrum small = CubeFront(sigmaA, 0.3f), large = CubeFront(sigmaA, 0.3f, 4),
+                   black = CubeFront(Spectrum(1e3f), 0.3f);
+    std::printf("red of 0.80: %.2f of 100 x 100 hairs, %.2f of 400 x 400; of black hair %.3f\n", small[0],
+                large[0], black[0]);
+    EXPECT_LT(large[0], small[0]);
+    EXPECT_LT(std::abs(large[0] - color[0]), std::abs(small[0] - color[0]) / 2);
+    EXPECT_GT(black[0], (small[2] - color[2]) / 2) << "most of what blue has too much";
 }
 
 // The absorption that is printed under the figure's upper cube is the formula's for beta_n = 0.8, and shows the colour in
