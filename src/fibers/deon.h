@@ -233,6 +233,7 @@ class DEonTable {
         float Share(size_t p, const Inside &inside) const;
 
       private:
+        float Between(const std::vector<float> &values, size_t p, const Inside &inside) const;
         const DEonTable *table_;
     };
     size_t Rows() const { return rows_; }
@@ -247,6 +248,7 @@ class DEonTable {
     std::vector<std::array<float, 3>> n_;      // N_p, by row, lobe, column
     std::vector<float> luminance_, cumulated_; // of N_p, and its integral from 0 to the column
     std::vector<float> mean_;                  // its integral over the circle, by row and lobe
+    std::vector<float> share_;                 // the light of the lobe, by which it is sampled
 };
 //<
 

@@ -53,6 +53,7 @@ DEonTable::DEonTable(const DEonParameters &given)
     luminance_.resize(n_.size());
     cumulated_.resize(n_.size());
     mean_.resize(rows_ * lobes_);
+    share_.resize(mean_.size());
     const DEonQuadrature<double> exact(p);
     // Isolated: a thread that waits here with a lock must not take up work that asks for the same lock.
     tbb::this_task_arena::isolate([&] {
@@ -94,6 +95,7 @@ void DEonTable::Fill(const DEonQuadrature<double> &exact, size_t row, size_t p) 
         cumulated_[first + j] = static_cast<float>(sum);
     }
     mean_[Row(row, p)] = static_cast<float>(2 * sum);
+    share_[Row(row, p)] = static_cast<float>(Luminance(exact.Mean(p, fiber)));
 }
 //<
 
@@ -114,7 +116,8 @@ std::shared_ptr<const DEonTable> DEonTable::Cached(const DEonParameters &paramet
     return made;
 }
 size_t DEonTable::MemoryBytes() const {
-    return n_.size() * sizeof(n_[0]) + (luminance_.size() + cumulated_.size() + mean_.size()) * sizeof(float);
+    return n_.size() * sizeof(n_[0]) +
+           (luminance_.size() + cumulated_.size() + mean_.size() + share_.size()) * sizeof(float);
 }
 //<
 
@@ -130,9 +133,12 @@ DEonTable::View::Inside DEonTable::View::At(float cosThetaD) const {
     const size_t row = Below(x, table_->rows_ - 1);
     return {row, x - static_cast<float>(row)};
 }
+float DEonTable::View::Between(const std::vector<float> &values, size_t p, const Inside &inside) const {
+    return (1 - inside.fraction) * values[table_->Row(inside.row, p)] +
+           inside.fraction * values[table_->Row(inside.row + 1, p)];
+}
 float DEonTable::View::Share(size_t p, const Inside &inside) const {
-    return (1 - inside.fraction) * table_->mean_[table_->Row(inside.row, p)] +
-           inside.fraction * table_->mean_[table_->Row(inside.row + 1, p)];
+    return Between(table_->share_, p, inside);
 }
 // Bilinear. The density is that of Sample exactly: interpolation is linear, and so is luminance.
 AroundValue<float> DEonTable::View::Value(size_t p, const Inside &inside, float phi) const {
@@ -147,7 +153,7 @@ AroundValue<float> DEonTable::View::Value(size_t p, const Inside &inside, float 
         value.density +=
             weight[k] * ((1 - across) * table_->luminance_[at] + across * table_->luminance_[at + 1]);
     }
-    const float mean = Share(p, inside);
+    const float mean = Between(table_->mean_, p, inside);
     value.density = mean > 0 ? value.density / mean : 0;
     return value;
 }

@@ -118,6 +118,7 @@ class Tracer {
     const FiberLight &light_;
     const FiberHistogram &classes_;
     SphereCells cells_;
+    std::optional<size_t> only_;
     double a_, b_; // semi-axes
     double sinAlpha_, cosAlpha_, slope_, toTip_;
     bool rough_;
@@ -132,7 +133,7 @@ class Tracer {
 //> Prepare a tracer
 Tracer::Tracer(const FiberDescription &fiber, const FiberLight &light, const FiberMeasurement &measurement,
                const FiberHistogram &classes)
-    : fiber_(fiber), light_(light), classes_(classes), cells_(measurement.cells),
+    : fiber_(fiber), light_(light), classes_(classes), cells_(measurement.cells), only_(measurement.only),
       a_(1 / std::sqrt(fiber.axisRatio)), b_(std::sqrt(fiber.axisRatio)), sinAlpha_(std::sin(fiber.alpha)),
       cosAlpha_(std::cos(fiber.alpha)), slope_(std::abs(std::tan(fiber.alpha))),
       toTip_(fiber.alpha < 0 ? -1 : 1), rough_(fiber.roughnessU > 0 || fiber.roughnessV > 0),
@@ -341,6 +342,8 @@ void Tracer::CrossInterior(Path path) {
     for (size_t k = 0; k < share_.size(); ++k)
         path.brightest = std::max(path.brightest, Transmittance(path, k));
     ++path.chords;
+    if (only_ && path.chords > *only_)
+        return; // there is no way back
     path.along = Uniform(rng_), path.above = 0;
     path.stage = Path::Stage::Scales;
     Keep(path);
@@ -393,6 +396,8 @@ bool Tracer::MeetMedulla(Path *path, double distance) {
 
 //> Leave the fiber
 void Tracer::Leave(const Path &path) {
+    if (only_ && (path.chords != *only_ || path.scattered))
+        return;
     const size_t c = path.scattered                    ? classes_.Medulla()
                      : path.chords < classes_.Orders() ? path.chords
                                                        : classes_.Rest();
@@ -434,6 +439,7 @@ void CheckMeasurement(const FiberLight &light, const FiberMeasurement &m) {
     Check(std::isfinite(light.phi), "light must come from a finite azimuth");
     Check(!light.h || std::abs(*light.h) <= 1, "offset h must be in [-1, 1]");
     Check(m.orders >= 1 && m.orders <= 16, "orders to tell apart must be 1 to 16");
+    Check(!m.only || *m.only < static_cast<size_t>(m.orders), "only order must be one of those told apart");
     Check(m.samples >= 1 && m.samples <= 1'000'000'000'000, "samples must be 1 to 10^12");
     Check(m.cells.rows >= 1 && m.cells.columns >= 1 && m.cells.Count() <= 4'000'000,
           "sphere must have 1 to 4 million cells");

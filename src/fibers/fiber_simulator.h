@@ -47,6 +47,8 @@ struct FiberMeasurement {
     uint64_t samples = 1'000'000;
     uint64_t seed = 1;
     int orders = 4; // classes of their own: p = 0 to orders - 1, [1, 16]
+    // The one p to measure, below orders: paths are given up where they have more. Nothing else is in the sum.
+    std::optional<size_t> only;
     SphereCells cells;
 };
 //<

@@ -11,16 +11,18 @@ namespace cuticle {
 
 namespace {
 //> Divide gamma functions half a step apart
-// Gamma(x + 1/2) / Gamma(x), x > 0: moved up to x >= 10 by the recurrence, then the asymptotic series in 1/x.
+// Gamma(x + 1/2) / Gamma(x), x > 0: moved up to x >= 10 by the recurrence, then the asymptotic series about the middle,
+// w = x - 1/4, where odd powers vanish. What is left out is 0.14 / w^16, below 3e-17.
 template <typename T>
 T HalfStepGammaRatio(T x) {
     T factor = 1;
     for (; x < 10; x += 1)
         factor *= x / (x + T(0.5L));
-    const T y = 1 / x;
-    return factor * std::sqrt(x) *
-           Polynomial(y, T(1), T(-1) / 8, T(1) / 128, T(5) / 1024, T(-21) / 32768, T(-399) / 262144,
-                      T(869) / 4194304);
+    const T w = x - T(0.25L);
+    return factor * std::sqrt(w) *
+           Polynomial(1 / (w * w), T(1), T(1) / 64, T(-19) / 8192, T(631) / 524288, T(-174317) / 134217728,
+                      T(20491783) / T(8589934592), T(-7334801895) / T(1099511627776),
+                      T(1858590154455) / T(70368744177664));
 }
 //<
 

@@ -218,7 +218,7 @@ std::vector<CostPoint> Measure(const char *quantity, const std::vector<Method> &
                 computed[k].push_back(p), mean[k] += e;
         }
         mean[k] /= static_cast<double>(computed[k].size());
-        points.push_back({methods[k].name, 0, greatest, methods[k].family});
+        points.push_back({PlainText(methods[k].name), 0, greatest, methods[k].family});
     }
     std::vector<std::function<void()>> jobs;
     for (size_t k = 0; k < methods.size(); ++k)

@@ -59,7 +59,7 @@ PlotPanel CostPanel(const std::string &title, const std::string &costLabel, cons
         const CostPoint &p = points[i];
         PlotSeries s;
         s.mark = i < 26 ? std::string(1, static_cast<char>('a' + i)) : std::to_string(i + 1);
-        s.label = s.mark + "  " + PlainText(p.method);
+        s.label = s.mark + "  " + p.method;
         s.style = PlotStyle::Points;
         s.x = {p.cost}, s.y = {std::isfinite(p.error) ? std::clamp(p.error, best, worst) : worst};
         s.color = p.family, s.marker = p.family;

@@ -20,7 +20,8 @@ inline void Keep(const T &value) {
     asm volatile("" : : "m"(value) : "memory");
 }
 
-// A method on the chart, its name plain text, as the CSV has it. family groups methods by colour (0 to kPlotColors - 1). error NaN or infinite: it fails.
+// A method on the chart, its name in the notation of labels (see plot.h). family groups methods by colour (0 to
+// kPlotColors - 1). error NaN or infinite: it fails.
 struct CostPoint {
     std::string method;
     double cost, error;

@@ -136,7 +136,8 @@ std::span<const Figure> Figures() {
          Pharr1_17, ""},
         {"pharr-1.18", Render, "β_n = 0.3, 0.6, 0.9.", nullptr, ""},
         {"pharr-1.19", Render, "Scales not tilted, and tilted by 2 degrees.", nullptr, ""},
-        {"pharr-1.20", Render, "Two spheres beside two cubes of hairs of their colours.", nullptr, ""},
+        {"pharr-1.20", Render, "Two spheres beside two cubes of hairs of their colours.", nullptr,
+         "pharr-1.20"},
 
         // Petrovic, Henne and Anderson
         {"petrovic-1", Render, "Simulated and shaded volumetric hair.", nullptr, ""},

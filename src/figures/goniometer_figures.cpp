@@ -14,6 +14,7 @@ namespace cuticle {
 namespace {
 
 constexpr double kDegree = kPi<double> / 180;
+constexpr size_t kR = 0, kTT = 1, kTRT = 2;
 
 // A rough fiber with scales. Their tilt makes R leave 8 degrees toward the root, amid the 6 to 10 that the paper measured; it has 3
 // degrees of tilt from the literature.
@@ -28,10 +29,11 @@ FiberDescription Hair(std::vector<double> sigmaA, double tilt = 4) {
 const std::vector<double> kBlond = {0.126, 0.209, 0.411};
 
 FiberHistogram Measured(const FiberDescription &fiber, const FiberLight &light, const FigureOptions &options,
-                        double samples, const SphereCells &cells, uint64_t seed = 1) {
+                        double samples, const SphereCells &cells, uint64_t seed = 1,
+                        std::optional<size_t> only = {}) {
     FiberMeasurement m;
     m.samples = static_cast<uint64_t>(options.quick ? samples / 5 : samples);
-    m.cells = cells, m.orders = 3, m.seed = MixBits(seed);
+    m.cells = cells, m.orders = 3, m.seed = MixBits(seed), m.only = only;
     return SimulateFiber(fiber, light, m);
 }
 
@@ -56,8 +58,6 @@ double Greatest(const LobeSlice &slice, double from, double to) {
 }
 // Half the circle on the light's side, without the last degrees, where S is a quotient of two small numbers.
 constexpr double kSeen = 80 * kDegree;
-
-constexpr size_t kR = 0, kTT = 1, kTRT = 2;
 
 } // namespace
 
@@ -410,7 +410,7 @@ FigureData Marschner06(const FigureOptions &options) {
         view.plane = GoniometerPlane::Cone, view.thetaOffset = 10 * kDegree, view.halfWidth = 5 * kDegree;
         // The last curve is the dimmest; a quick run too needs as many rays for it.
         const double samples = thetaI == -70 ? (options.quick ? 1.5e7 : 3e6) : 2e6;
-        const FiberHistogram h = Measured(fiber, light, options, samples, {180, 180});
+        const FiberHistogram h = Measured(fiber, light, options, samples, {180, 180}, 1, kTRT);
         LobeSlice slice = GoniometerSlice(h, light, view, kTRT, 0);
         const double cosThetaD = std::cos((2 * thetaI - 10) / 2 * kDegree);
         PlotPanel panel;

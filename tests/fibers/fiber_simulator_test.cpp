@@ -512,6 +512,31 @@ TEST(FiberSimulator, NoRoughnessIsTheLimitOfLittle) {
                         kSigmas * std::hypot(a.DensityError(c, 0, 0, j), b.DensityError(c, 0, 0, j)) + 2e-4);
 }
 
+// One order measured alone: the same light in its cells, none elsewhere, and no path of a higher one.
+TEST(FiberSimulator, OneOrderAloneIsTheSameOrder) {
+    FiberDescription fiber;
+    fiber.alpha = 3 * kDegree, fiber.axisRatio = 0.8, fiber.roughnessU = fiber.roughnessV = 0.1;
+    fiber.medullaRatio = 0.4, fiber.medullaSigmaS = 0.5;
+    FiberMeasurement m;
+    m.samples = 60000, m.cells = {6, 12, true}, m.orders = 3;
+    const FiberLight light = {-1, 0.3, {}};
+    const FiberHistogram all = SimulateFiber(fiber, light, m);
+    for (const size_t only : {0, 1, 2}) {
+        m.only = only, m.seed = 2 + only;
+        const FiberHistogram one = SimulateFiber(fiber, light, m);
+        for (size_t row = 0; row < m.cells.rows; ++row)
+            for (size_t column = 0; column < m.cells.columns; ++column)
+                EXPECT_NEAR(one.Density(only, 0, row, column), all.Density(only, 0, row, column),
+                            kSigmas * std::hypot(one.DensityError(only, 0, row, column),
+                                                 all.DensityError(only, 0, row, column)) +
+                                20 / static_cast<double>(m.samples)) // where hardly a path leads
+                    << "order " << only << " cell " << row << " " << column;
+        for (size_t c = 0; c < one.Classes(); ++c)
+            EXPECT_EQ(one.Albedo(c, 0), c == only || c == one.Sum() ? one.Albedo(only, 0) : 0);
+        EXPECT_GT(one.Albedo(only, 0), 0.01);
+    }
+}
+
 TEST(FiberSimulator, AMedullaLikeItsCortexIsNotThere) {
     FiberDescription plain, medulla;
     plain.sigmaA = medulla.sigmaA = {0.3, 1};
@@ -654,6 +679,7 @@ TEST(FiberSimulator, WhatHasNoMeaningIsRefused) {
     refuses([](auto *, auto *l, auto *) { l->phi = NAN; });
     refuses([](auto *, auto *l, auto *) { l->h = 1.5; });
     refuses([](auto *, auto *, auto *m) { m->orders = 0; });
+    refuses([](auto *, auto *, auto *m) { m->only = 4; });
     refuses([](auto *, auto *, auto *m) { m->samples = 0; });
     refuses([](auto *, auto *, auto *m) { m->cells = {0, 8}; });
 }

@@ -7,6 +7,8 @@
 #include "fibers/fiber_simulator.h"
 #include "fibers/hair.h"
 #include "fibers/hair_model.h"
+#include "fibers/kajiya_kay.h"
+#include "fibers/marschner.h"
 #include "fibers/smooth_fiber.h"
 
 #include <boost/math/special_functions/gamma.hpp>
@@ -253,45 +255,45 @@ TEST_P(HairVectorsBsdf, Samples) {
     }
 }
 
-// Pearson's chi-squared of where samples fall; significance 0.01 over all fibers.
+// Pearson's chi-squared of where n samples fall, for one row of a file of cells; significance 0.01 / tests.
+void ExpectCells(const Vectors &v, size_t row, const FiberBxDF &fiber, int n, size_t tests) {
+    const size_t rows = 16, columns = 12, first = v.Column("p_0_0");
+    const Vector3f wo(Direction(v.At(row, "theta_o"), kViewAzimuth));
+    std::array<double, rows * columns> counted{};
+    RNG rng(MixBits(row + 1));
+    for (int k = 0; k < n; ++k) {
+        Vector3f wi;
+        float pdf = 0;
+        fiber.Sample_f(
+            wo, &wi, {rng.UniformFloat(), rng.UniformFloat(), rng.UniformFloat(), rng.UniformFloat()}, &pdf);
+        const double phi = WrapAngle(static_cast<double>(std::atan2(wi.z, wi.y)) - kViewAzimuth);
+        const auto cell = [](double x, size_t cells) {
+            return std::min(static_cast<size_t>(x * static_cast<double>(cells)), cells - 1);
+        };
+        ++counted[cell((static_cast<double>(wi.x) + 1) / 2, rows) * columns +
+                  cell((phi / kPi<double> + 1) / 2, columns)];
+    }
+    double chiSquared = 0, expected = 0, observed = 0;
+    int cells = 0;
+    for (size_t c = 0; c < counted.size(); ++c) { // pooled until 8 are expected
+        expected += n * v.At(row, first + c), observed += counted[c];
+        if (expected < 8)
+            continue;
+        chiSquared += Sqr(observed - expected) / expected;
+        ++cells;
+        expected = observed = 0;
+    }
+    chiSquared += Sqr(observed - expected) / std::max(expected, 1.);
+    const double p = boost::math::gamma_q((cells - 1) / 2., chiSquared / 2);
+    EXPECT_GT(cells, 8);
+    EXPECT_GT(p, 0.01 / static_cast<double>(tests)) << "chi-squared " << chiSquared << " in " << cells
+                                                    << " cells of " << n << " samples, " << v.Describe(row);
+}
+
 TEST_P(HairVectorsBsdf, SamplesFallIntoCellsAsTheyShould) {
     const Vectors v("cells");
-    const size_t rows = 16, columns = 12, first = v.Column("p_0_0");
-    const int n = 100000;
-    for (size_t i = 0; i < v.Rows(); ++i) {
-        const HairBSDF hair = Bsdf(ParametersOf(v, i));
-        const Vector3f wo(Direction(v.At(i, "theta_o"), kViewAzimuth));
-        std::array<double, rows * columns> counted{};
-        RNG rng(MixBits(i + 1));
-        for (int k = 0; k < n; ++k) {
-            Vector3f wi;
-            float pdf = 0;
-            hair.Sample_f(wo, &wi,
-                          {rng.UniformFloat(), rng.UniformFloat(), rng.UniformFloat(), rng.UniformFloat()},
-                          &pdf);
-            const double phi = WrapAngle(static_cast<double>(std::atan2(wi.z, wi.y)) - kViewAzimuth);
-            const auto cell = [](double x, size_t cells) {
-                return std::min(static_cast<size_t>(x * static_cast<double>(cells)), cells - 1);
-            };
-            ++counted[cell((static_cast<double>(wi.x) + 1) / 2, rows) * columns +
-                      cell((phi / kPi<double> + 1) / 2, columns)];
-        }
-        double chiSquared = 0, expected = 0, observed = 0;
-        int cells = 0;
-        for (size_t c = 0; c < counted.size(); ++c) { // pooled until 8 are expected
-            expected += n * v.At(i, first + c), observed += counted[c];
-            if (expected < 8)
-                continue;
-            chiSquared += Sqr(observed - expected) / expected;
-            ++cells;
-            expected = observed = 0;
-        }
-        chiSquared += Sqr(observed - expected) / std::max(expected, 1.);
-        const double p = boost::math::gamma_q((cells - 1) / 2., chiSquared / 2);
-        EXPECT_GT(cells, 8);
-        EXPECT_GT(p, 0.01 / static_cast<double>(v.Rows() * HairKernelNames().size()))
-            << "chi-squared " << chiSquared << " in " << cells << " cells of " << v.Describe(i);
-    }
+    for (size_t i = 0; i < v.Rows(); ++i)
+        ExpectCells(v, i, Bsdf(ParametersOf(v, i)), 100000, v.Rows() * HairKernelNames().size());
 }
 
 // The energies over the width of a fiber, by our own quadrature of our own A_p.
@@ -335,6 +337,124 @@ TEST(HairVectorsColor, SigmaAFromReflectance) {
                        HairBSDF::SigmaAFromReflectance(Spectrum(static_cast<float>(v.At(i, "reflectance"))),
                                                        static_cast<float>(v.At(i, "beta_n")))[0],
                        "sigma_a");
+}
+
+// The models that came before, evaluated and sampled.
+constexpr std::array<const char *, 3> kRgb = {"r", "g", "b"}, kLobeNames = {"R", "TT", "TRT"};
+template <typename T>
+std::array<T, 3> Three(const Vectors &v, size_t row, const std::string &name,
+                       const std::array<const char *, 3> &suffixes) {
+    std::array<T, 3> three;
+    for (size_t i = 0; i < 3; ++i)
+        three[i] = static_cast<T>(v.At(row, name + "_" + suffixes[i]));
+    return three;
+}
+template <typename T>
+KajiyaKay<T> ConesOf(const Vectors &v, size_t row) {
+    return {Three<T>(v, row, "kd", kRgb), Three<T>(v, row, "ks", kRgb),
+            static_cast<T>(v.At(row, "exponent"))};
+}
+template <typename T>
+Marschner<T> MarschnerOf(const Vectors &v, size_t row) {
+    const auto in = [&](const char *name) { return static_cast<float>(v.At(row, name)); };
+    MarschnerParameters p;
+    p.eta = in("eta"), p.sigmaA = Three<float>(v, row, "sigma", kRgb);
+    p.alpha = Three<float>(v, row, "alpha", kLobeNames), p.beta = Three<float>(v, row, "beta", kLobeNames);
+    p.eccentricity = in("eccentricity"), p.kd = Three<float>(v, row, "kd", kRgb);
+    p.kG = in("k_g"), p.wc = in("w_c"), p.etaRange = in("delta_eta"), p.maxH = in("delta_h");
+    if (in("printed") != 0) {
+        p.roots = RootMethod::Cubic, p.length = SegmentLength::Printed;
+        p.longitudinal = LongitudinalForm::HalfAngle, p.printedEccentricity = true;
+    }
+    return Marschner<T>(CheckedMarschner(p));
+}
+DEonParameters DEonParametersOf(const Vectors &v, size_t row) {
+    DEonParameters p;
+    p.eta = static_cast<float>(v.At(row, "eta")), p.sigmaA = Three<float>(v, row, "sigma", kRgb);
+    p.alpha = Three<float>(v, row, "alpha", kLobeNames);
+    p.betaM = Three<float>(v, row, "beta_m", kLobeNames);
+    p.betaN = Three<float>(v, row, "beta_n", kLobeNames);
+    p.lobes = static_cast<int>(v.At(row, "lobes"));
+    if (v.At(row, "printed") != 0)
+        p.tail = false, p.halfAngleFresnel = true, p.length = SegmentLength::Printed;
+    return p;
+}
+template <typename T>
+DEon<T, DEonQuadrature<T>> NearDEonOf(const Vectors &v, size_t row) {
+    DEonParameters p = DEonParametersOf(v, row);
+    p.h = static_cast<float>(v.At(row, "h"));
+    p = CheckedDEon(p);
+    return {p, DEonQuadrature<T>(p)};
+}
+
+template <typename T>
+class OlderModelVectors : public HairVectors<T> {
+  public:
+    // phiO, phiI: the azimuths of the directions.
+    template <class Model>
+    void Value(Judge<T> &judge, const Vectors &v, size_t row, const Model &model, double phiO, double phiI) {
+        const FiberValue<T> value =
+            model.Evaluate(Direction(this->In(v, row, "theta_o"), static_cast<T>(phiO)),
+                           Direction(this->In(v, row, "theta_i"), static_cast<T>(phiI)));
+        JudgeValue(judge, v, row, value.fCos, value.pdf);
+    }
+    // Returns the azimuth that was chosen.
+    template <class Model>
+    T Sample(Judge<T> &judge, const Vectors &v, size_t row, const Model &model, double phiO) {
+        std::array<T, 4> u;
+        const std::array<double, 4> numbers = NumbersOf(v, row);
+        std::copy(numbers.begin(), numbers.end(), u.begin());
+        Vector3<T> wi;
+        const FiberValue<T> value =
+            model.Sample(Direction(this->In(v, row, "theta_o"), static_cast<T>(phiO)), u, &wi);
+        judge.Angle(v, row, std::atan2(wi.x, std::hypot(wi.y, wi.z)), "theta_i");
+        JudgeValue(judge, v, row, value.fCos, value.pdf);
+        return std::atan2(wi.z, wi.y);
+    }
+};
+using OlderTypes = testing::Types<float, double>;
+TYPED_TEST_SUITE(OlderModelVectors, OlderTypes);
+
+TYPED_TEST(OlderModelVectors, KajiyaKay) {
+    const Vectors v("kajiya_kay");
+    Judge<TypeParam> judge;
+    for (size_t i = 0; i < v.Rows(); ++i)
+        this->Value(judge, v, i, ConesOf<TypeParam>(v, i), kViewAzimuth, -1.3);
+}
+TYPED_TEST(OlderModelVectors, KajiyaKaySamples) {
+    const Vectors v("kajiya_kay_samples");
+    Judge<TypeParam> judge;
+    for (size_t i = 0; i < v.Rows(); ++i)
+        this->Sample(judge, v, i, ConesOf<TypeParam>(v, i), kViewAzimuth);
+}
+TYPED_TEST(OlderModelVectors, Marschner) {
+    const Vectors v("marschner");
+    Judge<TypeParam> judge;
+    for (size_t i = 0; i < v.Rows(); ++i)
+        this->Value(judge, v, i, MarschnerOf<TypeParam>(v, i), v.At(i, "phi_o"), v.At(i, "phi_i"));
+}
+TYPED_TEST(OlderModelVectors, MarschnerSamples) {
+    const Vectors v("marschner_samples");
+    Judge<TypeParam> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const double view = v.At(i, "phi_o");
+        const TypeParam phi = this->Sample(judge, v, i, MarschnerOf<TypeParam>(v, i), view);
+        judge.Angle(v, i, phi - static_cast<TypeParam>(view), "phi");
+    }
+}
+TYPED_TEST(OlderModelVectors, DEonNear) {
+    const Vectors v("deon_near");
+    Judge<TypeParam> judge;
+    for (size_t i = 0; i < v.Rows(); ++i)
+        this->Value(judge, v, i, NearDEonOf<TypeParam>(v, i), kViewAzimuth, kViewAzimuth + v.At(i, "phi"));
+}
+TYPED_TEST(OlderModelVectors, DEonNearSamples) {
+    const Vectors v("deon_samples");
+    Judge<TypeParam> judge;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const TypeParam phi = this->Sample(judge, v, i, NearDEonOf<TypeParam>(v, i), kViewAzimuth);
+        judge.Angle(v, i, phi - static_cast<TypeParam>(kViewAzimuth), "phi");
+    }
 }
 
 // The far field of a smooth fiber: all its paths, and N_p.
@@ -391,6 +511,45 @@ TEST(FarFieldVectors, RoughNp) {
     }
     std::printf("%zu values of N_p, rough: off by at most %.2g, our quadrature by %.2g of the lobe's RMS\n",
                 v.Rows(), worst, worstOurs);
+}
+
+// The whole model, over the width: to the 1e-3 that the quadrature promises of N_p, in the root of the mean square there
+// and of each value here, where no row lies far from all lobes.
+template <typename T>
+class FarDEonVectors : public HairVectors<T> {};
+TYPED_TEST_SUITE(FarDEonVectors, OlderTypes);
+
+TYPED_TEST(FarDEonVectors, ValuesAndDensities) {
+    using T = TypeParam;
+    const Vectors v("deon_far");
+    double worst = 0;
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const DEonParameters p = CheckedDEon(DEonParametersOf(v, i));
+        const T turn = static_cast<T>(kViewAzimuth);
+        const auto value = DEon<T, DEonQuadrature<T>>(p, DEonQuadrature<T>(p))
+                               .Evaluate(Direction(this->In(v, i, "theta_o"), turn),
+                                         Direction(this->In(v, i, "theta_i"), turn + this->In(v, i, "phi")));
+        const std::array<T, 4> ours = {value.fCos[0], value.fCos[1], value.fCos[2], value.pdf};
+        for (size_t k = 0; k < 4; ++k) {
+            const double expected = v.At(i, std::array{"f_cos_r", "f_cos_g", "f_cos_b", "pdf"}[k]),
+                         miss = std::abs(static_cast<double>(ours[k]) / expected - 1);
+            worst = std::max(worst, miss);
+            EXPECT_LT(miss, 1e-3) << v.Describe(i);
+        }
+    }
+    EXPECT_GT(v.Rows(), 20u);
+    std::printf("%zu rows, off by at most %.2g\n", v.Rows(), worst);
+}
+
+// Where its samples fall, by quadrature and from the table.
+TEST(FarFieldVectors, DEonSamplesFallIntoCellsAsTheyShould) {
+    const Vectors v("deon_cells");
+    for (size_t i = 0; i < v.Rows(); ++i) {
+        const DEonParameters p = DEonParametersOf(v, i);
+        const auto table = DEonTable::Cached(p);
+        ExpectCells(v, i, DEonBSDF(p), 30000, 2 * v.Rows());
+        ExpectCells(v, i, TabulatedDEonBSDF(p, table.get()), 100000, 2 * v.Rows());
+    }
 }
 
 // Another seed and fewer rays agree with the table within its error bars: Bonferroni over all cells, significance 0.01.
