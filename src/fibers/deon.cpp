@@ -24,6 +24,7 @@ DEonParameters CheckedDEon(DEonParameters p) {
         p.betaN[i] = Checked("beta_n", p.betaN[i], 0.05f, 1e3f);
     }
     p.lobes = std::clamp(p.lobes, 1, 16);
+    p.order = std::clamp(p.order, 0, static_cast<int>(kMostNodes));
     if (p.h)
         p.h = Checked("h", *p.h, -1, 1);
     return p;
@@ -130,16 +131,14 @@ template <typename T>
 std::array<T, 3> DEonQuadrature<T>::ByFixedOrder(int p, const Inside &fiber, T phi, size_t order,
                                                  bool half) const {
     std::array<T, 3> sum = {0, 0, 0};
-    const GaussLegendreRule &rule = GaussLegendre(order);
-    for (size_t i = 0; i < order; ++i) {
-        const T h = half ? (T(rule.x[i]) + 1) / 2 : T(rule.x[i]), gamma = std::asin(h),
-                turn = fiber.Phi(p, gamma);
+    const T beta = Width(static_cast<size_t>(p));
+    NodesOfOrder<T>(order, half, [&](T gamma, T weight) {
         const std::array<T, 3> a = Attenuation(p, gamma, fiber);
-        const T beta = Width(static_cast<size_t>(p));
+        const T turn = fiber.Phi(p, gamma);
         const T seen = half ? Seen(beta, phi, turn) : GaussianDetector(beta, phi - turn);
         for (size_t c = 0; c < 3; ++c)
-            sum[c] += T(rule.w[i]) / 2 * a[c] * seen;
-    }
+            sum[c] += weight * a[c] * seen;
+    });
     return sum;
 }
 //<
@@ -249,7 +248,8 @@ FiberValue<T> DEon<T, Around>::Sample(const Vector3<T> &wo, std::array<T, 4> u, 
 }
 template class DEon<float, DEonQuadrature<float>>;
 template class DEon<double, DEonQuadrature<double>>;
-template class DEon<float, DEonTable::View>;
+template class DEon<float, DEonTableOf<float>::View>;
+template class DEon<double, DEonTableOf<double>::View>;
 //<
 
 //> Offer d'Eon's model as a BSDF

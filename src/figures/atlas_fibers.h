@@ -4,16 +4,20 @@
 #include "core/vecmath.h"
 
 #include <array>
+#include <compare>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace cuticle {
 
-// The common parameters of a fiber in a scene, and where across its width it is met. Angles in degrees.
+// The common parameters of a fiber in a scene, and where across its width it is met. Angles in degrees. In order: first by
+// what tables are made of.
 struct FiberInputs {
-    double h = 0.3, eta = 1.55, sigmaA = 0, betaM = 0.3, betaN = 0.3, alpha = 2;
+    double eta = 1.55, sigmaA = 0;
     double reflectance = -1; // of a gray fiber, in place of sigmaA; negative: none
+    double betaN = 0.3, betaM = 0.3, alpha = 2, h = 0.3;
+    auto operator<=>(const FiberInputs &) const = default;
 };
 
 class AtlasFiber {
@@ -28,15 +32,26 @@ class AtlasFiber {
     virtual Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const = 0;
 };
 
+// How the atlas has a model: as its paper printed it, in float; ours as scenes have it, in float; ours in double.
+enum class AtlasForm { Published, InFloat, InDouble };
+inline constexpr std::array kAtlasForms = {AtlasForm::Published, AtlasForm::InFloat, AtlasForm::InDouble};
+
+// unpublished: why there is no form of its own as published, in lines; empty if there is one. parameters: those of a scene
+// that make it so, with which it is sampled in our way; the papers before Chiang's give none.
 struct AtlasModel {
-    std::string name;
-    std::unique_ptr<AtlasFiber> (*make)(const std::string &name, const FiberInputs &inputs);
+    std::string name;  // that a scene gives its hair
+    std::string title; // for readers
+    std::string parameters;
+    std::vector<std::string> unpublished;
     bool farField = false; // does not know h
-    std::unique_ptr<AtlasFiber> At(const FiberInputs &inputs) const { return make(name, inputs); }
+    bool Has(AtlasForm form) const { return form != AtlasForm::Published || unpublished.empty(); }
+    // Only of a form that it has.
+    std::unique_ptr<AtlasFiber> At(AtlasForm form, const FiberInputs &inputs) const;
 };
-// Chiang's as Pharr printed it, then every name that a scene may give its hair, then ours in double.
-std::vector<AtlasModel> AtlasModels();
-inline constexpr size_t kPrintedModel = 0, kOurModel = 1; // in this list
+// Every name that a scene may give its hair, the default model first.
+const std::vector<AtlasModel> &AtlasModels();
+// The default model as it renders.
+std::unique_ptr<AtlasFiber> OurFiber(const FiberInputs &inputs);
 
 // Pharr's BSDF with the tilt on theta_i (the text) or theta_o (pbrt-v3's program).
 std::unique_ptr<AtlasFiber> PrintedFiber(const FiberInputs &inputs, bool tiltOnThetaI);
@@ -69,7 +84,8 @@ struct FiberFaults {
     double weight;       // the largest f |cos| / pdf of a sample
     double asymmetry;    // mean of |S - S'| / (S + S'), S' with both directions exchanged, over the width
 };
-FiberFaults MeasureFiber(const AtlasModel &model, const FiberInputs &inputs, double thetaO, bool quick);
+FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInputs &inputs, double thetaO,
+                         bool quick);
 // Its energy in green by quadrature of f, and by the mean of f |cos| / pdf over samples.
 double EnergyByQuadrature(const AtlasFiber &fiber, const FiberInputs &inputs, double thetaO);
 double EnergyBySamples(const AtlasFiber &fiber, double thetaO, size_t n);

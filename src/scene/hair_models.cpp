@@ -199,6 +199,16 @@ int LobesOf(const ParamSet &params, int otherwise) {
     return lobes;
 }
 
+// How many nodes the quadrature around the fiber has; 0: as many as the roughness asks for.
+int OrderOf(const ParamSet &params) {
+    const int order = params.FindInt("order", 0);
+    if (order < 0 || order > static_cast<int>(kMostNodes))
+        throw Error(params.Find("order")->loc, "\"order\" must be 1 to " + std::to_string(kMostNodes) +
+                                                   ", or 0 for as many nodes as the widths ask for, not " +
+                                                   std::to_string(order));
+    return order;
+}
+
 // "deon". Own parameters, degrees of theta_i + theta_o: alpha_R ..., beta_R ...; around the fiber azimuth_R ...; lobes,
 // tail, and the choices of DEonParameters by name; "string field" "near" takes h from the place across the fiber.
 // Derived: alpha and widths are those of the default model. N_p comes from a table where nothing that it depends on
@@ -207,13 +217,15 @@ class DEonMaterial : public Material {
   public:
     DEonMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &)
         : color_(params, textures), shape_(params, textures), angles_(params, textures, 1) {
-        constexpr std::array<std::string_view, 3> kForms = {"spherical", "full-angle", "half-angle"},
-                                                  kEvaluations = {"auto", "table", "quadrature"};
+        constexpr std::array<std::string_view, 4> kForms = {"spherical", "full-angle", "half-angle",
+                                                            "printed"};
+        constexpr std::array<std::string_view, 3> kEvaluations = {"auto", "table", "quadrature"};
         constexpr std::array<std::string_view, 2> kInclinations = {"half-difference", "viewer"},
                                                   kDetectors = {"wrapped", "nearest"},
                                                   kFields = {"far", "near"};
         constexpr LongitudinalForm kFormOf[] = {LongitudinalForm::Spherical, LongitudinalForm::FullAngle,
-                                                LongitudinalForm::HalfAngle};
+                                                LongitudinalForm::HalfAngle, LongitudinalForm::Printed};
+        choices_.order = OrderOf(params);
         choices_.lobes = LobesOf(params, choices_.lobes);
         choices_.tail = params.FindBool("tail", true);
         choices_.halfAngleFresnel = params.FindBool("half_angle_fresnel", false);
