@@ -252,6 +252,41 @@ template class DEon<float, DEonTableOf<float>::View>;
 template class DEon<double, DEonTableOf<double>::View>;
 //<
 
+//> Count the lobes by the light
+template <typename T>
+int ChosenLobes<T>::LobesAt(T cosThetaO) const {
+    const SmoothFiber<T> fiber(cosThetaO, T(parameters.eta));
+    const T gamma = std::asin(T(*parameters.h));
+    const std::array<T, 3> sigmaA = {parameters.sigmaA[0], parameters.sigmaA[1], parameters.sigmaA[2]};
+    const auto beyond = [&](int p) { return Luminance(fiber.Tail(p, gamma, sigmaA, parameters.length)); };
+    const T all = Luminance(fiber.Attenuation(0, gamma, sigmaA, parameters.length)) + beyond(1);
+    int lobes = 1;
+    while (lobes < parameters.lobes && beyond(lobes) > tailShare * all)
+        ++lobes;
+    return lobes;
+}
+template <typename T>
+DEon<T, DEonQuadrature<T>> ChosenLobes<T>::At(const Vector3<T> &wo) const {
+    DEonParameters p = parameters;
+    p.lobes = LobesAt(AnglesOf(wo.x, wo.y, wo.z).cosTheta);
+    return {p, DEonQuadrature<T>(p)};
+}
+template class ChosenLobes<float>;
+template class ChosenLobes<double>;
+
+ChosenLobesBSDF::ChosenLobesBSDF(const DEonParameters &p, Float tailShare)
+    : BxDFOf(ChosenLobes<Float>(CheckedDEon(p), Checked("the tail's share", tailShare, 0, 1))) {
+    if (!p.h || !p.tail || p.inclination != AttenuationInclination::Viewer)
+        throw Error("ChosenLobesBSDF: needs h, a tail, and attenuation at the viewer's inclination");
+}
+std::string ChosenLobesBSDF::ToString() const {
+    std::ostringstream out;
+    out << "[ ChosenLobesBSDF tail: " << model_.tailShare << " of "
+        << DescribeDEon("DEonBSDF", model_.parameters) << " ]";
+    return out.str();
+}
+//<
+
 //> Offer d'Eon's model as a BSDF
 DEonBSDF::DEonBSDF(const DEonParameters &p)
     : BxDFOf(DEon<Float, DEonQuadrature<Float>>(CheckedDEon(p), DEonQuadrature<Float>(CheckedDEon(p)))) {}

@@ -225,6 +225,38 @@ class DEonBSDF final : public BxDFOf<DEon<Float, DEonQuadrature<Float>>> {
 std::string DescribeDEon(const char *name, const DEonParameters &parameters);
 //<
 
+//> Declare the model whose lobes are counted by the light
+// Of a fiber with h given, whose attenuation is taken at the viewer's inclination: the first orders have a lobe each, as many
+// as it takes until those beyond, which share the tail, hold no more than tailShare of the light that leaves; at least
+// one, at most `lobes`. All light leaves, whatever the number.
+template <typename T>
+class ChosenLobes {
+  public:
+    // p: with h, AttenuationInclination::Viewer and the tail.
+    ChosenLobes(const DEonParameters &p, T share) : parameters(p), tailShare(share) {}
+    int LobesAt(T cosThetaO) const;
+
+    FiberValue<T> Evaluate(const Vector3<T> &wo, const Vector3<T> &wi) const {
+        return At(wo).Evaluate(wo, wi);
+    }
+    FiberValue<T> Sample(const Vector3<T> &wo, const std::array<T, 4> &u, Vector3<T> *wi) const {
+        return At(wo).Sample(wo, u, wi);
+    }
+
+    const DEonParameters parameters;
+    const T tailShare;
+
+  private:
+    DEon<T, DEonQuadrature<T>> At(const Vector3<T> &wo) const;
+};
+// Throws Error for parameters that are not finite, and for a fiber without h or without a tail, or at another inclination.
+class ChosenLobesBSDF final : public BxDFOf<ChosenLobes<Float>> {
+  public:
+    ChosenLobesBSDF(const DEonParameters &parameters, Float tailShare);
+    std::string ToString() const override;
+};
+//<
+
 //> Tabulate $N_p$
 // All lobes of one fiber over theta_d and phi; what is tabulated does not depend on alpha and betaM. Made with all threads
 // of the current task arena, in hundredths of a second, or half a second of one core where lobes are narrowest. Throws

@@ -48,7 +48,8 @@ T Mp(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
 
 //> Take $M_p$ from d'Eon's paper word for word
 // d'Eon 2011, equations 7 and 15, for any v. Eleven terms are all of I_0 up to an argument of about 12: beyond, light is
-// lost. In binary32 sinh(1/v) overflows below v = 0.0113, and infinity times 0 is NaN.
+// lost. In binary32 sinh(1/v) overflows below v = 0.0113: nothing is left, and no number where the exponential
+// overflows as well.
 template <typename T>
 T MpOf2011(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
     return std::exp(-sinThetaI * sinThetaO / v) * I0<T, 11>(cosThetaI * cosThetaO / v) /

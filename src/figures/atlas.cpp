@@ -57,8 +57,9 @@ std::span<const AtlasFault> AtlasFaults() {
         {11, "azimuths wrapped once or not at all", "mended",
          "Gaussian.DetectorIsTheSumOverImages DEon.TheNearestDetectorLosesLightAtPi "
          "HairModel.LogisticAtBetaNOneIsTrimmed"},
-        {12, "one lobe, uniform in azimuth, for all orders from 3 on", "stated",
-         "HairModel.ShareOfTheLastLobe"},
+        {12, "one lobe, uniform in azimuth, for all orders from 3 on", "mended",
+         "HairModel.ShareOfTheLastLobe ChosenLobes.LeaveNoMoreThanTheirShare ChosenLobes.KeepAllLight "
+         "HairModels.ChiangWithAShareForTheTail"},
         {13, "Marschner's cubic in place of Snell's law", "mended",
          "RootMethods.ErrorOfTheCubic RootMethods.PolishedRootsAreExact"},
         {14, "the width of Marschner's caustics grows without bound at eta' = 2", "stated",

@@ -1,4 +1,5 @@
 // The atlas: what is lost on the way through the fiber. Faults 7, 8, 9, 12, 13, 16.
+#include "fibers/deon.h"
 #include "fibers/hair.h"
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
@@ -114,24 +115,42 @@ AtlasMap GrazingMap(const AtlasOptions &o) {
 
 AtlasMap LastLobeMap(const AtlasOptions &o) {
     AtlasMap map;
-    map.name = "last-lobe", map.title = "Orders from 3 on, which one uniform lobe stands for";
+    map.name = "last-lobe",
+    map.title = "Orders without a lobe of their own, which one uniform lobe stands for";
     map.quantity = "share of all light";
     map.x = {"θ_o (degrees)", "theta_o_deg", 0, 90, Cells(o)};
     map.y = {"absorption σ_a", "sigma_a", -3, 1, Cells(o), true};
     map.min = 1e-6, map.max = 1;
-    map.panels = {{"as published, and ours", FillMap(map.x, map.y, [](double theta, double sigma) {
-                       const SmoothFiber<double> fiber(std::cos(theta * kDegree), kEta);
-                       const std::array<double, 3> s = {sigma, sigma, sigma};
-                       const auto mean = MeanOverWidth<40, double>([&](double gamma) {
-                           return std::array<double, 3>{
-                               fiber.Tail(3, gamma, s, SegmentLength::Chord)[0],
-                               fiber.Tail(1, gamma, s, SegmentLength::Chord)[0],
-                               fiber.Attenuation(0, gamma, s, SegmentLength::Chord)[0]};
-                       });
-                       return mean[0] / (mean[1] + mean[2]);
-                   })}};
+    // The mean over the width, where lobesAt(h, sigma, cos theta) orders have a lobe.
+    const auto share = [](const auto &lobesAt) {
+        return [=](double theta, double sigma) {
+            const double cosTheta = std::cos(theta * kDegree);
+            const SmoothFiber<double> fiber(cosTheta, kEta);
+            const std::array<double, 3> s = {sigma, sigma, sigma};
+            const auto mean = MeanOverWidth<40, double>([&](double gamma) {
+                const int lobes = lobesAt(std::sin(gamma), sigma, cosTheta);
+                return std::array<double, 3>{fiber.Tail(lobes, gamma, s, SegmentLength::Chord)[0],
+                                             fiber.Tail(1, gamma, s, SegmentLength::Chord)[0],
+                                             fiber.Attenuation(0, gamma, s, SegmentLength::Chord)[0]};
+            });
+            return mean[0] / (mean[1] + mean[2]);
+        };
+    };
+    constexpr double kTailShare = 0.01;
+    const auto three = [](double, double, double) { return 3; };
+    const auto chosen = [](double h, double sigma, double cosTheta) {
+        DEonParameters p;
+        p.lobes = 16;
+        p.h = static_cast<float>(h);
+        p.sigmaA.fill(static_cast<float>(sigma));
+        return ChosenLobes<double>(p, kTailShare).LobesAt(cosTheta);
+    };
+    map.panels = {{"as published, and ours: three lobes", FillMap(map.x, map.y, share(three))},
+                  {"ours, tail_share 0.01: up to 16 lobes", FillMap(map.x, map.y, share(chosen))}};
     const double worst = WorstOf(map.panels[0].values);
-    map.findings = {{12, "largest share of orders from 3 on", worst, worst}};
+    map.findings = {{12, "largest share of orders from 3 on, the default", worst, worst, true},
+                    {12, "largest share of orders without a lobe, tail_share 0.01", worst,
+                     WorstOf(map.panels[1].values)}};
     return map;
 }
 

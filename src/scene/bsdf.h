@@ -177,7 +177,7 @@ class BSDF {
     Normal3f n_;
     Spectrum scale_{1};
     std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF, MarschnerBSDF, DEonBSDF,
-                 TabulatedDEonBSDF, TabulatedBSDF>
+                 TabulatedDEonBSDF, ChosenLobesBSDF, TabulatedBSDF>
         model_;
 };
 

@@ -192,9 +192,10 @@ class MarschnerMaterial : public Material {
 };
 
 // How many orders have a lobe of their own.
+constexpr int kMostLobesOfAScene = 16;
 int LobesOf(const ParamSet &params, int otherwise) {
     const int lobes = params.FindInt("lobes", otherwise);
-    if (lobes < 1 || lobes > 16)
+    if (lobes < 1 || lobes > kMostLobesOfAScene)
         throw Error(params.Find("lobes")->loc, "\"lobes\" must be 1 to 16, not " + std::to_string(lobes));
     return lobes;
 }
@@ -354,14 +355,17 @@ class TabulatedMaterial : public Material {
     std::shared_ptr<const FiberTable> table_;
 };
 
-// "chiang" with another number of lobes of their own than the paper's three: the same model in general code, which is
-// slower. eta below 1.001 is taken as that.
+// "chiang" with another number of lobes of their own than the paper's three, or with "tail_share": as many as leave no more
+// than this share of the light to the uniform lobe. The same model in general code, which is slower. eta below 1.001 is
+// taken as that.
 class ManyLobesMaterial : public Material {
   public:
     ManyLobesMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &options,
                       int lobes)
         : color_(params, textures), shape_(params, textures), sign_(options.compatPbrtV3 ? -1.f : 1.f) {
         choices_.lobes = lobes;
+        if (params.Find("tail_share"))
+            tailShare_ = params.FindFloat("tail_share", 0);
         choices_.detector = AzimuthalDetector::Logistic;
         choices_.inclination = AttenuationInclination::Viewer;
     }
@@ -378,7 +382,10 @@ class ManyLobesMaterial : public Material {
             p.betaN[i] = AzimuthalWidth(betaN);
             p.alpha[i] = -sign_ * kTiltInAlpha[i] * shape_.alpha->Evaluate(point);
         }
-        bsdf->SetFiber<DEonBSDF>(p);
+        if (tailShare_)
+            bsdf->SetFiber<ChosenLobesBSDF>(p, *tailShare_);
+        else
+            bsdf->SetFiber<DEonBSDF>(p);
     }
 
   private:
@@ -386,11 +393,13 @@ class ManyLobesMaterial : public Material {
     HairShape shape_;
     float sign_;
     DEonParameters choices_;
+    std::optional<float> tailShare_;
 };
 
 std::unique_ptr<Material> MakeChiang(const ParamSet &p, const TextureTable &t, const MaterialOptions &o) {
-    const int lobes = LobesOf(p, HairBSDF::pMax);
-    if (lobes == HairBSDF::pMax)
+    const bool chosen = p.Find("tail_share") != nullptr;
+    const int lobes = LobesOf(p, chosen ? kMostLobesOfAScene : HairBSDF::pMax);
+    if (lobes == HairBSDF::pMax && !chosen)
         return std::make_unique<HairMaterial>(p, t, o);
     return std::make_unique<ManyLobesMaterial>(p, t, o, lobes);
 }
@@ -423,7 +432,7 @@ constexpr Range kRanges[] = {
     {"delta_h_M", 0, 2},        {"beta_R", 0, 1e3},
     {"beta_TT", 0, 1e3},        {"beta_TRT", 0, 1e3},
     {"azimuth_R", 0, 1e3},      {"azimuth_TT", 0, 1e3},
-    {"azimuth_TRT", 0, 1e3},
+    {"azimuth_TRT", 0, 1e3},    {"tail_share", 0, 1},
 };
 
 // Textures are clamped where they are looked up, and nothing is said of them.
