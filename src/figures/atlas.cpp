@@ -91,7 +91,8 @@ std::span<const AtlasChapter> AtlasChapters() {
         {"azimuthal", "N_p: quadrature, wrapping, caustics", AzimuthalMaps},
         {"paths", "A_p, the last lobe, the cubic, reciprocity of A_p", PathMaps},
         {"sampling", "DemuxFloat, numbers at the ends, curves", SamplingMaps},
-        {"models", "every model over its parameters", ModelMaps},
+        {"roughness", "every model over its roughness", RoughnessMaps},
+        {"models", "every model over its other parameters", ModelMaps},
     });
     return chapters;
 }

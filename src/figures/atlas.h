@@ -96,6 +96,7 @@ std::vector<AtlasMap> LongitudinalMaps(const AtlasOptions &options);
 std::vector<AtlasMap> AzimuthalMaps(const AtlasOptions &options);
 std::vector<AtlasMap> PathMaps(const AtlasOptions &options);
 std::vector<AtlasMap> SamplingMaps(const AtlasOptions &options);
+std::vector<AtlasMap> RoughnessMaps(const AtlasOptions &options);
 std::vector<AtlasMap> ModelMaps(const AtlasOptions &options);
 
 // Writes folder/NAME.csv, .svg and .png of a map.

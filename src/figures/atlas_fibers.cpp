@@ -4,7 +4,7 @@
 #include "fibers/hair_as_printed.h"
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
-#include "figures/figure.h"
+#include "figures/sheet.h"
 #include "scene/hair_models.h"
 #include "scene/parser.h"
 
@@ -311,7 +311,7 @@ double Asymmetry(const AtlasModel &model, AtlasForm form, FiberInputs in, double
             there += fiber->Evaluate(wo, wi).fCos[1] / std::hypot(wi.y, wi.z);
             back += fiber->Evaluate(wi, wo).fCos[1] / std::hypot(wo.y, wo.z);
         }
-        if (!(there + back > 0))
+        if (there + back == 0)
             continue;
         sum += std::abs(there - back) / (there + back);
         ++count;
@@ -459,14 +459,11 @@ FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInp
         AddTo(&ofSamples, 1 / static_cast<double>(n),
               MomentsOf(std::atan2(wi.x, std::hypot(wi.y, wi.z)), std::atan2(wi.z, wi.y) - kViewPhi));
         for (const double f : value.fCos)
-            faults.weight = std::max(faults.weight, f / value.pdf);
+            faults.weight = Worst(faults.weight, f / value.pdf);
     }
     faults.bad = std::max(integrals.bad, bad / static_cast<double>(n));
-    for (size_t m = 0; m < ofSamples.size(); ++m) {
-        const double difference = std::abs(ofSamples[m] - integrals.ofDensity[m]);
-        if (!(difference <= faults.disagreement))
-            faults.disagreement = difference;
-    }
+    for (size_t m = 0; m < ofSamples.size(); ++m)
+        faults.disagreement = Worst(faults.disagreement, std::abs(ofSamples[m] - integrals.ofDensity[m]));
     faults.asymmetry = Asymmetry(model, form, inputs, thetaO, model.farField ? 1 : 32, quick ? 16 : 48);
     return faults;
 }

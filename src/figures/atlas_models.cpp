@@ -28,6 +28,7 @@ double OrZero(double beta) { return beta < 4e-5 ? 0 : beta; }
 constexpr double kLastDigit = 8;
 double NinesOf(double x) { return x >= kLastDigit ? 1 : 1 - std::pow(10, -x); }
 
+// The first is that of the roughness.
 std::vector<Plane> Planes(const AtlasOptions &o) {
     const size_t n = o.quick ? 5 : 12, m = o.quick ? 5 : 11, ends = o.quick ? 5 : 10;
     const AtlasAxis theta = {"θ_o (degrees)", "theta_o_deg", -90, 90, m};
@@ -260,10 +261,15 @@ AtlasMap FurnaceMap(const AtlasOptions &o) {
 
 } // namespace
 
+std::vector<AtlasMap> RoughnessMaps(const AtlasOptions &options) {
+    return MapsOfPlane(Planes(options).front(), options.quick);
+}
+
 std::vector<AtlasMap> ModelMaps(const AtlasOptions &options) {
     std::vector<AtlasMap> maps = {FurnaceMap(options)};
-    for (const Plane &plane : Planes(options))
-        for (AtlasMap &map : MapsOfPlane(plane, options.quick))
+    const std::vector<Plane> planes = Planes(options);
+    for (size_t i = 1; i < planes.size(); ++i)
+        for (AtlasMap &map : MapsOfPlane(planes[i], options.quick))
             maps.push_back(std::move(map));
     return maps;
 }

@@ -381,7 +381,7 @@ TEST(ChosenLobes, LeaveNoMoreThanTheirShare) {
                 if (lobes < 16) {
                     EXPECT_LE(beyond, share * all * (1 + 1e-9)) << sigmaA << " " << h << " " << degrees;
                 }
-                EXPECT_LE(beyond, 0.0243 * all); // (1 - F) F^15 at most
+                EXPECT_LE(beyond, 0.0238 * all); // (1 - F) F^15 at most
                 if (lobes > 1) {
                     EXPECT_GT(beyondFewer, share * all) << sigmaA << " " << h << " " << degrees;
                 }
