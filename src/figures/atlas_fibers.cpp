@@ -337,20 +337,19 @@ const std::vector<AtlasModel> &AtlasModels() {
         {"kajiya-kay",
          "Kajiya and Kay",
          "",
-         {"As published: the same as ours,", "the two terms of 1989 with", "their constants normalised."}},
-        {"tabulated", "Table", "", {"As published: there is none,", "the simulator's table is our own."}},
+         {"The same as ours:", "the two terms of 1989,", "their constants normalised."}},
+        {"tabulated", "Table", "", {"There is none:", "the simulator's table is our own."}},
     };
     static const std::vector<AtlasModel> models = [] {
         std::vector<AtlasModel> all;
         for (const std::string_view name : HairModelNames()) {
             const auto known = std::find_if(departures.begin(), departures.end(),
                                             [&](const AtlasModel &m) { return m.name == name; });
-            all.push_back(known != departures.end()
-                              ? *known
-                              : AtlasModel{.name = std::string(name),
-                                           .title = std::string(name),
-                                           .parameters = "",
-                                           .unpublished = {"As published: not in the atlas."}});
+            all.push_back(known != departures.end() ? *known
+                                                    : AtlasModel{.name = std::string(name),
+                                                                 .title = std::string(name),
+                                                                 .parameters = "",
+                                                                 .unpublished = {"Not in the atlas."}});
             all.back().farField = IsFarField(all.back());
         }
         return all;

@@ -34,12 +34,12 @@ std::vector<Plane> Planes(const AtlasOptions &o) {
     const AtlasAxis theta = {"θ_o (degrees)", "theta_o_deg", -90, 90, m};
     return {
         {"beta-theta",
-         "β_m = β_n",
+         "roughness, along and around alike",
          {"β_m = β_n", "beta", -1.25, 0, n, true},
          theta,
          [](double x, double y, FiberInputs *in, double *t) { in->betaM = in->betaN = x, *t = y; }},
         {"h-theta",
-         "h",
+         "offset across the fiber",
          {"offset h", "h", -1, 1, n},
          theta,
          [](double x, double y, FiberInputs *in, double *t) { in->h = x, *t = y; }},
@@ -206,7 +206,7 @@ std::vector<AtlasMap> MapsOfPlane(const Plane &plane, bool quick) {
             for (size_t form = 0; form < kAtlasForms.size(); ++form) {
                 AtlasPanel panel{models[m].title + kTitles[form], {}};
                 if (!models[m].Has(kAtlasForms[form]))
-                    panel = {models[m].title, {}, models[m].unpublished};
+                    panel = {models[m].title + ": as published", {}, models[m].unpublished};
                 else
                     for (const FaultsOfForms &f : faults[m])
                         panel.values.push_back(f[form].*measure.value);

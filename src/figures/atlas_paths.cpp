@@ -77,7 +77,7 @@ AtlasMap EdgeMap(const AtlasOptions &) {
     };
     map.panels = FourPanels(map, error);
     map.findings = {{7, "largest error of A_3, float (inf: NaN)", WorstOf(map.panels[1].values),
-                     WorstOf(map.panels[3].values)}};
+                     WorstOf(map.panels[3].values), false, WorstOf(map.panels[2].values)}};
     return map;
 }
 
@@ -108,7 +108,7 @@ AtlasMap GrazingMap(const AtlasOptions &o) {
     const auto wrapped = static_cast<double>(std::abs(WrapAngle(static_cast<float>(stuck))));
     map.findings = {
         {8, "largest relative error of A_1, float", WorstOf(map.panels[1].values),
-         WorstOf(map.panels[3].values)},
+         WorstOf(map.panels[3].values), false, WorstOf(map.panels[2].values)},
         {8, "an angle from which on the wrapping loop never ends; what ours makes of it", stuck, wrapped}};
     return map;
 }
@@ -146,7 +146,7 @@ AtlasMap LastLobeMap(const AtlasOptions &o) {
         return ChosenLobes<double>(p, kTailShare).LobesAt(cosTheta);
     };
     map.panels = {{"as published, and ours: three lobes", FillMap(map.x, map.y, share(three))},
-                  {"ours, tail_share 0.01: up to 16 lobes", FillMap(map.x, map.y, share(chosen))}};
+                  {"ours, a hundredth for the tail: up to 16 lobes", FillMap(map.x, map.y, share(chosen))}};
     const double worst = WorstOf(map.panels[0].values);
     map.findings = {{12, "largest share of orders from 3 on, the default", worst, worst, true},
                     {12, "largest share of orders without a lobe, tail_share 0.01", worst,
