@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdlib>
@@ -140,6 +141,18 @@ struct Range {
 };
 //<
 
+//> Plan wide nodes over a binary tree
+struct BinaryNode {
+    Range range;
+    uint32_t left = 0, right = 0; // places in the tree, behind this node's; 0: none
+};
+// What the pieces below a node of the binary tree cost at best, in surface of boxes visited.
+struct Plan {
+    std::array<float, kWidth> cost; // as at most 1, 2, ... 8 children of one wide node
+    bool isLeaf;                    // as one child: a leaf, not a node
+};
+//<
+
 //> Find the pieces of a segment
 // The matrix from a cubic's control points to those of its part [u0, u1], by blossoming: the new point i is the
 // blossom at 3 - i times u0 and i times u1, and a blossom is linear in the old points.
@@ -228,34 +241,51 @@ class Builder {
     explicit Builder(std::vector<Reference> *references) : refs_(references->data()) {}
     // The tree over the references, which it puts in order. A leaf's place is for now its first reference.
     std::vector<Node> Build(uint32_t count) {
+        const Range all{0, count, BoxOf(0, count)};
         std::vector<Node> nodes;
-        Range root{0, count, BoxOf(0, count)};
-        BuildNode(root, 0, &nodes);
+        const uint32_t root = BuildNode(all, 0, &nodes);
+        if (root & kLeafBit) // the walk begins at a node
+            nodes[AddNode({all}, &nodes)].child[0] = root;
         return nodes;
     }
 
   private:
-    static constexpr int kBins = 16;
-    static constexpr uint32_t kParallel = 1 << 14; // build children of at least so many pieces side by side
-    static constexpr uint32_t kParallelBin = 1 << 17; // and count so many pieces into bins in parallel
+    static constexpr int kBins = 64;
+    static constexpr uint32_t kParallel = 1 << 14;    // pieces from which children are built side by side
+    static constexpr uint32_t kParallelBin = 1 << 17; // and pieces are counted into bins in parallel
     static constexpr uint32_t kOneAxis = 1 << 10;     // cut larger ranges across their longest axis only
-    static constexpr int kMedianDepth = 48;           // below, halve by number: bounds the depth
+    static constexpr uint32_t kFewest = 8;            // of so few pieces nobody makes two leaves
+    static constexpr int kMedianDepth = 36;           // below, halve by number: bounds the depth
+    // Above and below kParallel the depth is counted anew; to halve by number takes 14 levels below, at most 6 above.
+    static_assert(2 * kMedianDepth + 6 + 14 < kMaxDepth);
 
     struct Bins {
-        Box box[3][kBins];
-        uint32_t count[3][kBins] = {};
+        explicit Bins(int n) : used(n) {
+            for (int c = 0; c < 3; ++c)
+                for (int i = 0; i < used; ++i)
+                    box[c][i] = Box(), count[c][i] = 0;
+        }
         void Extend(const Bins &o) {
             for (int c = 0; c < 3; ++c)
-                for (int i = 0; i < kBins; ++i)
+                for (int i = 0; i < used; ++i)
                     box[c][i].Extend(o.box[c][i]), count[c][i] += o.count[c][i];
         }
+        int used;
+        union { // no time is spent on bins that are not used
+            Box box[3][kBins];
+        };
+        uint32_t count[3][kBins];
     };
 
     Box BoxOf(uint32_t first, uint32_t count) const;
     Box CenterBox(uint32_t first, uint32_t count) const;
-    Bins FillBins(const Range &range, const Float4 &origin, const Float4 &scale) const;
-    bool Split(const Range &range, bool byNumber, Range *left, Range *right);
-    void BuildNode(const Range &range, int depth, std::vector<Node> *nodes);
+    void Split(const Range &range, bool byNumber, Range *left, Range *right);
+    static size_t AddNode(const std::vector<Range> &children, std::vector<Node> *nodes);
+    uint32_t BuildNode(const Range &range, int depth, std::vector<Node> *nodes);
+    void BuildBinary(const Range &range, int depth, std::vector<BinaryNode> *tree);
+    static uint32_t WritePlanned(const std::vector<BinaryNode> &tree, const std::vector<Plan> &plans, uint32_t i,
+                                 std::vector<Node> *nodes);
+    uint32_t BuildBelow(const Range &range, std::vector<Node> *nodes);
 
     Reference *refs_;
 };
@@ -270,54 +300,56 @@ float LeafCost(uint32_t n) {
 //<
 
 //> Gather over many pieces in parallel
+// *result comes with nothing in it.
 template <typename Result, typename Add>
-Result Gather(uint32_t first, uint32_t count, uint32_t parallelFrom, const Add &add) {
+void Gather(uint32_t first, uint32_t count, uint32_t parallelFrom, Result *result, const Add &add) {
     if (count < parallelFrom) {
-        Result r;
-        add(first, first + count, &r);
-        return r;
+        add(first, first + count, result);
+        return;
     }
     // Least, greatest and counts do not depend on the order in which the parts are joined.
-    return tbb::parallel_reduce(
-        tbb::blocked_range<uint32_t>(first, first + count, 1 << 14), Result(),
+    *result = tbb::parallel_reduce(
+        tbb::blocked_range<uint32_t>(first, first + count, 1 << 14), *result,
         [&](const tbb::blocked_range<uint32_t> &part, Result r) {
             add(part.begin(), part.end(), &r);
             return r;
         },
-        [](Result a, const Result &b) {
-            a.Extend(b);
-            return a;
+        [](Result x, const Result &y) {
+            x.Extend(y);
+            return x;
         });
 }
 Box Builder::BoxOf(uint32_t first, uint32_t count) const {
-    return Gather<Box>(first, count, kParallelBin, [&](uint32_t begin, uint32_t end, Box *box) {
+    Box all;
+    Gather(first, count, kParallelBin, &all, [&](uint32_t begin, uint32_t end, Box *box) {
         for (uint32_t i = begin; i < end; ++i)
             box->Extend(refs_[i].lo, refs_[i].hi);
     });
+    return all;
 }
 Box Builder::CenterBox(uint32_t first, uint32_t count) const {
-    return Gather<Box>(first, count, kParallelBin, [&](uint32_t begin, uint32_t end, Box *box) {
+    Box all;
+    Gather(first, count, kParallelBin, &all, [&](uint32_t begin, uint32_t end, Box *box) {
         for (uint32_t i = begin; i < end; ++i)
             box->Extend(refs_[i].Center(), refs_[i].Center());
     });
+    return all;
 }
 //<
 
 //> Split a range where it is cheapest
-// The surface-area heuristic over bins of the pieces' centres, along each axis. False: one leaf is cheaper (only where
-// one leaf can hold them). Ranges of one centre, and all where byNumber is set, are halved by number.
-bool Builder::Split(const Range &range, bool byNumber, Range *left, Range *right) {
+// In two that are not empty, of two pieces or more. By the surface-area heuristic over bins of the pieces' centres, along
+// each axis. Ranges of one centre, and all where byNumber is set, are halved by number.
+void Builder::Split(const Range &range, bool byNumber, Range *left, Range *right) {
     const uint32_t n = range.count, first = range.first;
-    const bool mayStay = n <= static_cast<uint32_t>(kLeafPieces);
-    if (n < 2)
-        return false;
     uint32_t middle = first + n / 2;
     const Box centers = CenterBox(first, n);
     const Float4 extent = centers.hi - centers.lo;
     if (!byNumber && std::max({extent[0], extent[1], extent[2]}) > 0) {
+        const int used = static_cast<int>(std::min(n, static_cast<uint32_t>(kBins)));
         Float4 scale{};
         for (int c = 0; c < 3; ++c)
-            scale[c] = extent[c] > 0 ? kBins * 0.99999f / extent[c] : 0;
+            scale[c] = extent[c] > 0 ? static_cast<float>(used) * 0.9999f / extent[c] : 0;
         //> Choose the axes to try
         // All three; but only the longest where there are many pieces, which saves a third of the build and no ray sees.
         const int longest =
@@ -325,12 +357,13 @@ bool Builder::Split(const Range &range, bool byNumber, Range *left, Range *right
         const int firstAxis = n > kOneAxis ? longest : 0, lastAxis = n > kOneAxis ? longest + 1 : 3;
         //<
         //> Count pieces into bins
-        const Bins bins = Gather<Bins>(first, n, kParallelBin, [&](uint32_t begin, uint32_t end, Bins *b) {
+        Bins bins(used);
+        Gather(first, n, kParallelBin, &bins, [&](uint32_t begin, uint32_t end, Bins *b) {
             for (uint32_t i = begin; i < end; ++i) {
                 const Reference &r = refs_[i];
                 const Float4 place = (r.Center() - centers.lo) * scale;
                 for (int c = firstAxis; c < lastAxis; ++c) {
-                    const int bin = std::min(static_cast<int>(place[c]), kBins - 1);
+                    const int bin = std::min(static_cast<int>(place[c]), used - 1);
                     b->box[c][bin].Extend(r.lo, r.hi);
                     ++b->count[c][bin];
                 }
@@ -346,14 +379,14 @@ bool Builder::Split(const Range &range, bool byNumber, Range *left, Range *right
             std::array<float, kBins> rightCost{};
             Box box;
             uint32_t count = 0;
-            for (int i = kBins - 1; i > 0; --i) {
+            for (int i = used - 1; i > 0; --i) {
                 box.Extend(bins.box[c][i]);
                 count += bins.count[c][i];
                 rightCost[static_cast<size_t>(i)] = count ? box.Area() * LeafCost(count) : Infinity;
             }
             box = Box();
             count = 0;
-            for (int i = 0; i + 1 < kBins; ++i) {
+            for (int i = 0; i + 1 < used; ++i) {
                 box.Extend(bins.box[c][i]);
                 count += bins.count[c][i];
                 const float cost =
@@ -363,91 +396,162 @@ bool Builder::Split(const Range &range, bool byNumber, Range *left, Range *right
             }
         }
         //<
-        if (mayStay && !(bestCost < range.box.Area() * LeafCost(n)))
-            return false;
         if (bestAxis >= 0) {
             Reference *const split =
                 std::partition(refs_ + first, refs_ + first + n, [&](const Reference &r) {
                     const Float4 place = (r.Center() - centers.lo) * scale;
-                    return std::min(static_cast<int>(place[bestAxis]), kBins - 1) <= bestBin;
+                    return std::min(static_cast<int>(place[bestAxis]), used - 1) <= bestBin;
                 });
             middle = static_cast<uint32_t>(split - refs_);
             Box leftBox, rightBox;
-            for (int i = 0; i < kBins; ++i)
+            for (int i = 0; i < used; ++i)
                 (i <= bestBin ? leftBox : rightBox).Extend(bins.box[bestAxis][i]);
             *left = {first, middle - first, leftBox};
             *right = {middle, first + n - middle, rightBox};
-            return true;
+            return;
         }
-    } else if (mayStay) {
-        return false;
     }
     *left = {first, middle - first, BoxOf(first, middle - first)};
     *right = {middle, first + n - middle, BoxOf(middle, first + n - middle)};
-    return true;
 }
 //<
 
-//> Fill a node with eight children
-// Split the largest child that should be split until there are eight, then go on below those too large for a leaf.
-void Builder::BuildNode(const Range &range, int depth, std::vector<Node> *nodes) {
-    std::array<Range, kWidth> child;
-    std::array<bool, kWidth> whole{}; // is better left whole
-    size_t count = 1;
-    child[0] = range;
-    while (count < kWidth) {
-        size_t largest = kWidth;
-        float area = -1;
-        for (size_t i = 0; i < count; ++i)
-            if (!whole[i] && child[i].box.Area() > area)
-                largest = i, area = child[i].box.Area();
-        if (largest == kWidth)
-            break;
-        Range left, right;
-        if (Split(child[largest], depth > kMedianDepth, &left, &right))
-            child[largest] = left, child[count++] = right;
-        else
-            whole[largest] = true;
-    }
-
-    //> Write the node
-    const size_t self = nodes->size();
-    nodes->emplace_back();
+//> Write a node
+// With the children's boxes; the children themselves are filled in later. Returns its index.
+size_t Builder::AddNode(const std::vector<Range> &children, std::vector<Node> *nodes) {
+    Node node{};
     for (size_t i = 0; i < kWidth; ++i)
         for (int c = 0; c < 3; ++c) {
-            Node &node = (*nodes)[self];
-            node.bounds[c][i] = i < count ? child[i].box.lo[c] : Infinity;
-            node.bounds[3 + c][i] = i < count ? child[i].box.hi[c] : -Infinity;
-            node.child[i] = 0;
+            node.bounds[c][i] = i < children.size() ? children[i].box.lo[c] : Infinity;
+            node.bounds[3 + c][i] = i < children.size() ? children[i].box.hi[c] : -Infinity;
         }
-    //<
+    nodes->push_back(node);
+    return nodes->size() - 1;
+}
+//<
+
+//> Build the top of the tree
+// Returns what a node may have as a child, a node's index being one into *nodes. Splits the largest part until there are
+// eight, as long as there are many pieces.
+uint32_t Builder::BuildNode(const Range &range, int depth, std::vector<Node> *nodes) {
+    if (range.count < kParallel)
+        return BuildBelow(range, nodes);
+    std::vector<Range> child{range};
+    while (child.size() < kWidth) {
+        const auto largest = std::max_element(child.begin(), child.end(), [](const Range &a, const Range &b) {
+            return (a.count > 1 ? a.box.Area() : -1) < (b.count > 1 ? b.box.Area() : -1);
+        });
+        Range left, right;
+        Split(*largest, depth > kMedianDepth, &left, &right);
+        *largest = left;
+        child.push_back(right);
+    }
 
     //> Build below it
+    const size_t self = AddNode(child, nodes);
     std::array<std::vector<Node>, kWidth> below;
-    const auto isLeaf = [&](size_t i) { return child[i].count <= static_cast<uint32_t>(kLeafPieces); };
-    if (range.count >= kParallel)
-        tbb::parallel_for(size_t(0), count, [&](size_t i) {
-            if (!isLeaf(i))
-                BuildNode(child[i], depth + 1, &below[i]);
-        });
-    for (size_t i = 0; i < count; ++i) {
-        if (isLeaf(i)) {
-            (*nodes)[self].child[i] = kLeafBit | (child[i].count - 1) << kLeafCountShift | child[i].first;
-            continue;
-        }
-        const uint32_t base = static_cast<uint32_t>(nodes->size());
-        (*nodes)[self].child[i] = base;
-        if (below[i].empty()) {
-            BuildNode(child[i], depth + 1, nodes);
-            continue;
-        }
+    std::array<uint32_t, kWidth> built{};
+    tbb::parallel_for(size_t(0), child.size(),
+                      [&](size_t i) { built[i] = BuildNode(child[i], depth + 1, &below[i]); });
+    for (size_t i = 0; i < child.size(); ++i) {
+        const auto base = static_cast<uint32_t>(nodes->size());
+        (*nodes)[self].child[i] = built[i] & kLeafBit ? built[i] : built[i] + base;
         for (Node &node : below[i])
             for (uint32_t &c : node.child)
                 c += c != 0 && !(c & kLeafBit) ? base : 0;
         nodes->insert(nodes->end(), below[i].begin(), below[i].end());
         below[i] = {};
     }
+    return static_cast<uint32_t>(self);
     //<
+}
+//<
+
+//> Plan wide nodes over a binary tree
+// Deals k children to the two parts of a node where they save most; *toLeft: how many to the left one.
+float Deal(const Plan &left, const Plan &right, size_t k, size_t *toLeft) {
+    float best = Infinity;
+    for (size_t a = 1; a < k; ++a)
+        if (const float cost = left.cost[a - 1] + right.cost[k - a - 1]; cost < best)
+            best = cost, *toLeft = a;
+    return best;
+}
+// left, right: of the parts; null for a node without.
+Plan MakePlan(const Range &range, const Plan *left, const Plan *right) {
+    Plan plan;
+    const float area = range.box.Area();
+    const float asLeaf =
+        range.count <= static_cast<uint32_t>(kLeafPieces) ? area * LeafCost(range.count) : Infinity;
+    size_t toLeft = 0;
+    const float asNode = left ? area + Deal(*left, *right, kWidth, &toLeft) : Infinity;
+    plan.isLeaf = asLeaf <= asNode;
+    plan.cost[0] = std::min(asLeaf, asNode);
+    for (size_t k = 2; k <= kWidth; ++k)
+        plan.cost[k - 1] =
+            left ? std::min(plan.cost[k - 2], Deal(*left, *right, k, &toLeft)) : plan.cost[k - 2];
+    return plan;
+}
+//<
+
+//> Carry out the plan
+// The children of one wide node, at most k, that part i of the tree makes.
+void ChooseChildren(const std::vector<BinaryNode> &tree, const std::vector<Plan> &plans, uint32_t i, size_t k,
+                    std::vector<uint32_t> *chosen) {
+    while (k > 1 && plans[i].cost[k - 1] == plans[i].cost[k - 2])
+        --k; // more would not help
+    if (k == 1) {
+        chosen->push_back(i);
+        return;
+    }
+    size_t toLeft = 1;
+    Deal(plans[tree[i].left], plans[tree[i].right], k, &toLeft);
+    ChooseChildren(tree, plans, tree[i].left, toLeft, chosen);
+    ChooseChildren(tree, plans, tree[i].right, k - toLeft, chosen);
+}
+// Returns what a node may have as a child.
+uint32_t Builder::WritePlanned(const std::vector<BinaryNode> &tree, const std::vector<Plan> &plans,
+                               uint32_t i, std::vector<Node> *nodes) {
+    const BinaryNode &part = tree[i];
+    if (plans[i].isLeaf)
+        return kLeafBit | (part.range.count - 1) << kLeafCountShift | part.range.first;
+    size_t toLeft = 1;
+    Deal(plans[part.left], plans[part.right], kWidth, &toLeft);
+    std::vector<uint32_t> chosen;
+    ChooseChildren(tree, plans, part.left, toLeft, &chosen);
+    ChooseChildren(tree, plans, part.right, kWidth - toLeft, &chosen);
+    std::vector<Range> ranges;
+    for (const uint32_t c : chosen)
+        ranges.push_back(tree[c].range);
+    const size_t self = AddNode(ranges, nodes);
+    for (size_t k = 0; k < chosen.size(); ++k) {
+        const uint32_t child = WritePlanned(tree, plans, chosen[k], nodes);
+        (*nodes)[self].child[k] = child;
+    }
+    return static_cast<uint32_t>(self);
+}
+//<
+
+//> Build the bottom of the tree
+void Builder::BuildBinary(const Range &range, int depth, std::vector<BinaryNode> *tree) {
+    const size_t self = tree->size();
+    tree->push_back({range});
+    if (range.count <= kFewest)
+        return;
+    Range left, right;
+    Split(range, depth > kMedianDepth, &left, &right);
+    (*tree)[self].left = static_cast<uint32_t>(tree->size());
+    BuildBinary(left, depth + 1, tree);
+    (*tree)[self].right = static_cast<uint32_t>(tree->size());
+    BuildBinary(right, depth + 1, tree);
+}
+uint32_t Builder::BuildBelow(const Range &range, std::vector<Node> *nodes) {
+    std::vector<BinaryNode> tree;
+    BuildBinary(range, 0, &tree);
+    std::vector<Plan> plans(tree.size());
+    for (size_t i = tree.size(); i-- > 0;) // parts lie behind the whole
+        plans[i] = tree[i].left ? MakePlan(tree[i].range, &plans[tree[i].left], &plans[tree[i].right])
+                                : MakePlan(tree[i].range, nullptr, nullptr);
+    return WritePlanned(tree, plans, 0, nodes);
 }
 //<
 
