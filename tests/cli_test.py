@@ -329,7 +329,7 @@ class CommandLine(unittest.TestCase):
     def test_atlas(self):
         self.ok("atlas", "--quick", "--chapter", "paths", "-o", "maps")
         index = (self.path / "maps" / "index.csv").read_text().splitlines()
-        self.assertEqual(index[0], "fault,what,map,quantity,published,ours,state,tests")
+        self.assertEqual(index[0], "fault,what,map,quantity,published,ours,double,state,tests")
         self.assertEqual({line.split(",")[0] for line in index[1:]}, {"7", "8", "9", "12", "13", "16"})
         for ending in ["csv", "svg", "png"]:
             self.assertTrue((self.path / "maps" / f"edge.{ending}").stat().st_size > 1000, ending)

@@ -4,20 +4,16 @@
 #include "core/vecmath.h"
 
 #include <array>
-#include <compare>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace cuticle {
 
-// The common parameters of a fiber in a scene, and where across its width it is met. Angles in degrees. In order: first by
-// what tables are made of.
+// The common parameters of a fiber in a scene, and where across its width it is met. Angles in degrees.
 struct FiberInputs {
-    double eta = 1.55, sigmaA = 0;
+    double h = 0.3, eta = 1.55, sigmaA = 0, betaM = 0.3, betaN = 0.3, alpha = 2;
     double reflectance = -1; // of a gray fiber, in place of sigmaA; negative: none
-    double betaN = 0.3, betaM = 0.3, alpha = 2, h = 0.3;
-    auto operator<=>(const FiberInputs &) const = default;
 };
 
 class AtlasFiber {

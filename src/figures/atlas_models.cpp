@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 namespace cuticle {
 
@@ -138,7 +139,12 @@ int FaultOf(const std::string &plane, const std::string &measure) {
 struct Cell {
     FiberInputs in;
     double theta = 0;
-    auto operator<=>(const Cell &) const = default;
+    // First by what tables are made of, so that cells in order share them.
+    auto Key() const {
+        return std::tie(in.eta, in.sigmaA, in.reflectance, in.betaN, in.betaM, in.alpha, in.h, theta);
+    }
+    bool operator<(const Cell &other) const { return Key() < other.Key(); }
+    bool operator==(const Cell &other) const { return Key() == other.Key(); }
 };
 std::vector<Cell> CellsOf(const Plane &plane) {
     std::vector<Cell> cells(plane.x.cells * plane.y.cells);
@@ -154,7 +160,6 @@ std::vector<FaultsOfForms> MeasureCells(const AtlasModel &model, std::vector<Cel
     if (model.farField) // one visit for all h
         for (Cell &cell : cells)
             cell.in.h = 0;
-    // In order, so that neighbours share a table
     std::vector<Cell> different = cells;
     std::sort(different.begin(), different.end());
     different.erase(std::unique(different.begin(), different.end()), different.end());
@@ -166,6 +171,7 @@ std::vector<FaultsOfForms> MeasureCells(const AtlasModel &model, std::vector<Cel
                                                  different[i].theta * kDegree, quick);
     });
     std::vector<FaultsOfForms> faults;
+    faults.reserve(cells.size());
     for (const Cell &cell : cells)
         faults.push_back(measured[static_cast<size_t>(
             std::lower_bound(different.begin(), different.end(), cell) - different.begin())]);
@@ -187,6 +193,7 @@ std::vector<AtlasMap> MapsOfPlane(const Plane &plane, bool quick) {
     constexpr std::array kTitles = {": as published, float", ": ours, float", ": ours, double"};
     const std::vector<AtlasModel> &models = AtlasModels();
     std::vector<std::vector<FaultsOfForms>> faults;
+    faults.reserve(models.size());
     for (const AtlasModel &model : models)
         faults.push_back(MeasureCells(model, CellsOf(plane), quick));
     std::vector<AtlasMap> maps;
