@@ -242,14 +242,48 @@ void AddTo(Moments *sum, double weight, const Moments &m) {
 
 constexpr double kViewPhi = 0.7; // any
 
+// Gauss's rule between one edge and the next.
+ThetaRule RuleBetween(const std::vector<double> &edges, size_t nodesInAPanel) {
+    const GaussLegendreRule &gauss = GaussLegendre(nodesInAPanel);
+    ThetaRule rule;
+    for (size_t i = 1; i < edges.size(); ++i) {
+        const double half = (edges[i] - edges[i - 1]) / 2;
+        if (half < 1e-9)
+            continue; // two peaks' edges in one place
+        for (size_t k = 0; k < gauss.x.size(); ++k) {
+            rule.theta.push_back(edges[i - 1] + half * (1 + gauss.x[k]));
+            rule.weight.push_back(half * gauss.w[k]);
+        }
+    }
+    return rule;
+}
+
 struct Integrals {
     double energy = 0, bad = 0;
     Moments ofDensity{};
 };
-Integrals Integrate(const AtlasFiber &fiber, const FiberInputs &in, double thetaO) {
-    const ThetaRule rule = MakeThetaRule(LobePeaks(in, thetaO));
+// Where a sphere is integrated over: theta, and how many azimuths.
+struct SphereRule {
+    ThetaRule theta;
+    size_t around;
+};
+SphereRule RuleOfLobes(const FiberInputs &in, double thetaO) {
     const double s = AzimuthalScale(std::clamp(in.betaN, 0.05, 1.));
-    const auto around = static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 96., 700.));
+    return {MakeThetaRule(LobePeaks(in, thetaO)),
+            static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 96., 700.))};
+}
+// What is linear between the middles of a table's cells is integrated from one to the next.
+SphereRule RuleOfTable(double thetaO) {
+    const SphereCells cells = FiberTable::Cells(thetaO);
+    std::vector<double> edges = {-kPiD / 2};
+    for (size_t row = 0; row < cells.rows; ++row)
+        edges.push_back(cells.Theta(row));
+    edges.push_back(kPiD / 2);
+    return {RuleBetween(edges, 3), cells.columns};
+}
+Integrals Integrate(const AtlasFiber &fiber, const SphereRule &sphere, double thetaO) {
+    const ThetaRule &rule = sphere.theta;
+    const size_t around = sphere.around;
     const Vector3d wo = FiberDirection(thetaO, kViewPhi);
     Integrals sum;
     for (size_t i = 0; i < rule.theta.size(); ++i)
@@ -338,7 +372,7 @@ const std::vector<AtlasModel> &AtlasModels() {
          "Kajiya and Kay",
          "",
          {"The same as ours:", "the two terms of 1989,", "their constants normalised."}},
-        {"tabulated", "Table", "", {"There is none:", "the simulator's table is our own."}},
+        {"tabulated", "Table", "", {"There is none:", "the simulator's table is our own."}, true},
     };
     static const std::vector<AtlasModel> models = [] {
         std::vector<AtlasModel> all;
@@ -414,18 +448,7 @@ ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPane
         if (edge - apart.back() > 0.4 * narrowest || edge == edges.back())
             apart.push_back(edge);
     edges = apart;
-    const GaussLegendreRule &gauss = GaussLegendre(nodesInAPanel);
-    ThetaRule rule;
-    for (size_t i = 1; i < edges.size(); ++i) {
-        const double half = (edges[i] - edges[i - 1]) / 2;
-        if (half < 1e-9)
-            continue; // two peaks' edges in one place
-        for (size_t k = 0; k < gauss.x.size(); ++k) {
-            rule.theta.push_back(edges[i - 1] + half * (1 + gauss.x[k]));
-            rule.weight.push_back(half * gauss.w[k]);
-        }
-    }
-    return rule;
+    return RuleBetween(edges, nodesInAPanel);
 }
 
 std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
@@ -441,7 +464,8 @@ std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
 FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInputs &inputs, double thetaO,
                          bool quick) {
     const std::unique_ptr<AtlasFiber> fiber = model.At(form, inputs);
-    const Integrals integrals = Integrate(*fiber, inputs, thetaO);
+    const Integrals integrals =
+        Integrate(*fiber, model.cells ? RuleOfTable(thetaO) : RuleOfLobes(inputs, thetaO), thetaO);
     FiberFaults faults{};
     faults.energy = std::abs(integrals.energy - SmoothEnergy(inputs, thetaO, model.farField));
 
@@ -453,7 +477,7 @@ FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInp
         Vector3d wi;
         const AtlasFiber::Value value = fiber->Sample(wo, EvenlySpread(k), &wi);
         bad += IsBad(value) ? 1 : 0;
-        if (!(value.pdf > 0))
+        if (value.pdf == 0) // NaN goes on, and shows
             continue;
         AddTo(&ofSamples, 1 / static_cast<double>(n),
               MomentsOf(std::atan2(wi.x, std::hypot(wi.y, wi.z)), std::atan2(wi.z, wi.y) - kViewPhi));
@@ -468,7 +492,7 @@ FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInp
 }
 
 double EnergyByQuadrature(const AtlasFiber &fiber, const FiberInputs &inputs, double thetaO) {
-    return Integrate(fiber, inputs, thetaO).energy;
+    return Integrate(fiber, RuleOfLobes(inputs, thetaO), thetaO).energy;
 }
 double EnergyBySamples(const AtlasFiber &fiber, double thetaO, size_t n) {
     double sum = 0;

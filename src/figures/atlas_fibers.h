@@ -39,6 +39,7 @@ struct AtlasModel {
     std::string title; // for readers
     std::string parameters;
     std::vector<std::string> unpublished;
+    bool cells = false;    // linear from cell to cell of a FiberTable
     bool farField = false; // does not know h
     bool Has(AtlasForm form) const { return form != AtlasForm::Published || unpublished.empty(); }
     // Only of a form that it has.
@@ -70,7 +71,7 @@ ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPane
 std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO);
 
 // What goes wrong with one fiber seen from thetaO (radians). The quadrature's own error of the energy is below 1e-6 for
-// lobes that are smooth around the fiber, 3e-5 at the kink of the trimmed logistic for beta_n near 1; samples' moments have
+// lobes that are smooth around the fiber, 3e-5 at the kink of the trimmed logistic for beta_n near 1, tables are integrated from cell to cell; samples' moments have
 // a noise of about 4e-3 (quick: 2e-2).
 struct FiberFaults {
     double bad; // share of values and samples with NaN, infinite or negative numbers

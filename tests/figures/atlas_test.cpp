@@ -167,6 +167,7 @@ TEST(Atlas, PublishedModelsMissTheEnergyOfOurs) {
         EXPECT_LT(miss("chiang", form), 1e-6);
         EXPECT_LT(miss("marschner", form), 0.05);
         EXPECT_LT(miss("deon", form), 0.01);
+        EXPECT_LT(miss("tabulated", form), 2e-3);
     }
     EXPECT_NEAR(miss("marschner", AtlasForm::Published), 1, 0.1);
     EXPECT_GT(miss("deon", AtlasForm::Published), 0.2);
