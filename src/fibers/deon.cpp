@@ -183,14 +183,19 @@ DEon<T, Around>::DEon(const DEonParameters &p, const Around &a) : parameters(p),
     along_[3] = {p.longitudinal, kPi<T> / 180 * T(p.betaM[2]), 0};
 }
 //> Share out the samples of d'Eon's model
-// By the luminance of each lobe at the viewer's own inclination.
+// By the luminance of each lobe where most of it is seen. At the viewer's own inclination alone, a viewer along the fiber
+// would sample nothing but R, and meet TT, half a width away, with weights of hundreds.
 template <typename T, class Around>
 typename DEon<T, Around>::Shares DEon<T, Around>::SharesOf(T cosThetaO) const {
     const auto inside = around.At(cosThetaO);
     Shares shares{};
     T sum = 0;
-    for (size_t p = 0; p < parameters.AllLobes(); ++p)
-        sum += shares[p] = around.Share(p, inside);
+    for (size_t p = 0; p < parameters.AllLobes(); ++p) {
+        const T seen = Along(p).UsualCosThetaD(cosThetaO);
+        const bool beside =
+            parameters.inclination == AttenuationInclination::HalfDifference && seen > cosThetaO;
+        sum += shares[p] = around.Share(p, beside ? around.At(seen) : inside);
+    }
     for (T &s : shares)
         s /= sum;
     return shares;

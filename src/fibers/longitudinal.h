@@ -47,6 +47,8 @@ class LongitudinalLobe {
     T Value(const Inclination<T> &o, const Inclination<T> &i) const;
     // The density of Sample, for cos theta_i d theta_i.
     T Density(const Inclination<T> &o, const Inclination<T> &i) const;
+    // cos theta_d where most of the lobe is seen from theta_o: at theta_o, but from along the fiber half a width beside it.
+    T UsualCosThetaD(T cosThetaO) const { return std::max(cosThetaO, std::min(width_ / 2, T(1))); }
     // Chooses theta_i from two numbers in (0, 1).
     Inclination<T> Sample(const Inclination<T> &o, T u, T v) const;
 

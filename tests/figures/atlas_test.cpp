@@ -173,6 +173,28 @@ TEST(Atlas, PublishedModelsMissTheEnergyOfOurs) {
     EXPECT_GT(miss("deon", AtlasForm::Published), 0.2);
 }
 
+// A viewer along the fiber sees R alone at its own inclination, and the other lobes beside it: their samples would weigh
+// hundreds of times too much if lobes were chosen by the former.
+TEST(Atlas, WeightsAreSmallAlongTheFiber) {
+    for (const auto &[name, bound] : {std::pair{"marschner", 8.}, {"deon", 4.}, {"chiang", 1.01}})
+        for (const double beta : {0.1, 0.3, 0.6}) {
+            FiberInputs in;
+            in.betaM = in.betaN = beta;
+            const auto fiber = ModelOf(name).At(AtlasForm::InFloat, in);
+            double worst = 0;
+            for (const double degrees : {85., 88., 89.5, 89.99})
+                for (size_t k = 0; k < 4000; ++k) {
+                    Vector3d wi;
+                    const AtlasFiber::Value value =
+                        fiber->Sample(FiberDirection(degrees * kPi<double> / 180, 0.7), EvenlySpread(k), &wi);
+                    worst = std::max(worst, value.fCos[1] / value.pdf);
+                }
+            std::printf("%s, beta %.1f: a sample seen from along the fiber weighs at most %.2f\n", name, beta,
+                        worst);
+            EXPECT_LT(worst, bound) << name << " " << beta;
+        }
+}
+
 // Ours in float is ours in double but for rounding: for the same directions, which are numbers of float. A direction is
 // known to 2^-24, and the narrowest lobe here, TT at a roughness of 0.1, is 0.04 wide: its flanks change by
 // 2^-24 / 0.04, the sums of a model by up to three times that, and by more only Marschner's density, which is infinite at
