@@ -17,13 +17,23 @@ struct AtlasArguments {
     bool quiet = false;
 };
 
+// Bars would end a cell of the table.
+std::string CellText(const std::string &text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (c == '|')
+            escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
 // The index as a page: a table of the faults, then all pictures.
 std::string IndexPage(const Table &index, const std::vector<AtlasMap> &maps) {
     std::string page =
         "# The stability atlas\n\nMeasured by `cuticle atlas`. Numbers: the worst of a map, as published, "
         "ours as it renders (in float), and ours in double where that was measured; inf: no number at all in "
-        "some "
-        "cell; none: there is no such form. Stated: the model itself has the fault, ours too.\n\n"
+        "some cell; empty: there is no such form. Stated: the model itself has the fault, ours too.\n\n"
         "| fault | what | map | quantity | published | ours | double | state | tests |\n"
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
     for (size_t i = 0; i < index.Rows(); ++i) {
@@ -32,7 +42,7 @@ std::string IndexPage(const Table &index, const std::vector<AtlasMap> &maps) {
              {"fault", "what", "map", "quantity", "published", "ours", "double", "state", "tests"}) {
             const std::string &text = index.Text(i, column);
             const bool isMap = column == std::string_view("map");
-            page.append(isMap ? " [" : " ").append(text);
+            page.append(isMap ? " [" : " ").append(CellText(text));
             if (isMap)
                 page.append("](").append(text).append(")");
             page += " |";
