@@ -29,7 +29,6 @@ namespace cuticle {
 
 using namespace curve_kernel;
 
-static_assert(sizeof(CurveSegment) == kSegmentWords * sizeof(float));
 static_assert(sizeof(Node) == 256);
 
 namespace {
@@ -146,6 +145,7 @@ struct BinaryNode {
     Range range;
     uint32_t left = 0, right = 0; // places in the tree, behind this node's; 0: none
 };
+
 // What the pieces below a node of the binary tree cost at best, in surface of boxes visited.
 struct Plan {
     std::array<float, kWidth> cost; // as at most 1, 2, ... 8 children of one wide node
@@ -283,8 +283,8 @@ class Builder {
     static size_t AddNode(const std::vector<Range> &children, std::vector<Node> *nodes);
     uint32_t BuildNode(const Range &range, int depth, std::vector<Node> *nodes);
     void BuildBinary(const Range &range, int depth, std::vector<BinaryNode> *tree);
-    static uint32_t WritePlanned(const std::vector<BinaryNode> &tree, const std::vector<Plan> &plans, uint32_t i,
-                                 std::vector<Node> *nodes);
+    static uint32_t WritePlanned(const std::vector<BinaryNode> &tree, const std::vector<Plan> &plans,
+                                 uint32_t i, std::vector<Node> *nodes);
     uint32_t BuildBelow(const Range &range, std::vector<Node> *nodes);
 
     Reference *refs_;
@@ -480,11 +480,11 @@ float Deal(const Plan &left, const Plan &right, size_t k, size_t *toLeft) {
 Plan MakePlan(const Range &range, const Plan *left, const Plan *right) {
     Plan plan;
     const float area = range.box.Area();
-    const float asLeaf =
-        range.count <= static_cast<uint32_t>(kLeafPieces) ? area * LeafCost(range.count) : Infinity;
+    const bool mayBeLeaf = range.count <= static_cast<uint32_t>(kLeafPieces);
+    const float asLeaf = mayBeLeaf ? area * LeafCost(range.count) : Infinity;
     size_t toLeft = 0;
     const float asNode = left ? area + Deal(*left, *right, kWidth, &toLeft) : Infinity;
-    plan.isLeaf = asLeaf <= asNode;
+    plan.isLeaf = mayBeLeaf && asLeaf <= asNode; // of gigantic boxes both may be infinite
     plan.cost[0] = std::min(asLeaf, asNode);
     for (size_t k = 2; k <= kWidth; ++k)
         plan.cost[k - 1] =
@@ -556,41 +556,50 @@ uint32_t Builder::BuildBelow(const Range &range, std::vector<Node> *nodes) {
 //<
 
 //> Write a leaf
-void WriteLeaf(const std::vector<CurveCapsule> &capsules, const std::vector<uint32_t> &pieces,
+// Lengths below `least` need not be told apart.
+void WriteLeaf(const std::vector<CurveCapsule> &capsules, const std::vector<uint32_t> &pieces, double least,
                unsigned char *data) {
     //> Choose the frame of a leaf
-    Vector3d origin = capsules[0].p;
-    for (const CurveCapsule &capsule : capsules)
-        origin = Min(origin, capsule.p);
+    Vector3d lo = capsules[0].p, hi = lo;
+    for (const CurveCapsule &capsule : capsules) {
+        const Vector3d end = capsule.p + capsule.e;
+        lo = Min(lo, Min(capsule.p, end)), hi = Max(hi, Max(capsule.p, end));
+    }
     LeafFrame frame;
     for (int c = 0; c < 3; ++c)
-        frame.origin[c] = static_cast<float>(origin[c]);
-    origin = Vector3d(frame.origin[0], frame.origin[1], frame.origin[2]);
-    double largest = 1e-30;
+        frame.origin[c] = static_cast<float>((lo[c] + hi[c]) / 2);
+    const Vector3d origin(frame.origin[0], frame.origin[1], frame.origin[2]);
+    double largest = std::max(least, 1e-20);
     for (const CurveCapsule &capsule : capsules) {
-        const Vector3d p = capsule.p - origin;
+        const Vector3d p = capsule.p - origin, end = p + capsule.e;
         for (int c = 0; c < 3; ++c)
-            largest = std::max({largest, std::abs(p[c]), std::abs(capsule.e[c])});
+            largest = std::max({largest, std::abs(p[c]), std::abs(end[c]), std::abs(capsule.e[c])});
         largest = std::max(largest, capsule.radius);
     }
-    frame.scale = static_cast<float>(largest / 32700); // below 2^15 by more than a radius grows
+    const double step = largest / 32700; // below 2^15 by more than a radius grows
+    frame.units = static_cast<float>(kAxisUnits / step);
     //<
     const size_t n = capsules.size();
     std::memcpy(data, &frame, sizeof frame);
     std::memcpy(data + sizeof frame, pieces.data(), 4 * n);
-    unsigned char *arrays = data + sizeof frame + 4 * n;
+    unsigned char *numbers = data + sizeof frame + 4 * n;
+    const auto put = [&](size_t place, double steps) {
+        const auto number = static_cast<int16_t>(steps);
+        std::memcpy(numbers + 2 * place, &number, 2);
+    };
     for (size_t i = 0; i < n; ++i) {
-        const auto put = [&](size_t array, double steps) {
-            const auto number = static_cast<int16_t>(steps);
-            std::memcpy(arrays + 2 * (array * n + i), &number, 2);
-        };
-        for (int c = 0; c < 3; ++c) {
-            put(size_t(kP0x) + static_cast<size_t>(c),
-                std::nearbyint((capsules[i].p[c] - origin[c]) / frame.scale));
-            put(size_t(kEx) + static_cast<size_t>(c), std::nearbyint(capsules[i].e[c] / frame.scale));
+        const Vector3d p = (capsules[i].p - origin) / step, e = capsules[i].e / step;
+        size_t pair = 2 * i;
+        for (const auto &[first, second] : {std::pair(p.x, p.y), std::pair(p.z, e.z), std::pair(e.x, e.y)}) {
+            put(pair, std::nearbyint(first)), put(pair + 1, std::nearbyint(second));
+            pair += 2 * n;
         }
-        // Beginning and extent are each off by at most sqrt(3)/2 steps, a point of the chord by both
-        put(kRadius, std::ceil(capsules[i].radius / frame.scale + 1.74));
+        //> Let the radius make up for rounding
+        // Beginning and extent are off by sqrt(3)/2 steps at most, a point of the axis by both. The ray's directions are off
+        // by half a unit in each of three numbers, sqrt(3)/2 / kAxisUnits as vectors, and no point is farther from the
+        // origin than sqrt(3) 32700 steps: that is 1.5 steps in each of two directions.
+        put(6 * n + i, std::ceil(capsules[i].radius / step + 1.74 + 2.13));
+        //<
     }
 }
 //<
@@ -606,9 +615,13 @@ CurveCapsule CapsuleOf(const CurveSegment &segment, double u0, double u1) {
 //<
 
 //> List what a curve set holds
+// A segment as the kernels read it, in one cache line.
+struct alignas(kSegmentWords * sizeof(float)) AlignedSegment {
+    CurveSegment segment;
+};
 struct CurveSet::Data {
     LargePages segmentPages;
-    const CurveSegment *segments = nullptr;
+    AlignedSegment *segments = nullptr;
     size_t segmentCount = 0;
     std::vector<CurveType> groupTypes;
     std::vector<uint32_t> ribbonOf; // by segment; empty where there are no ribbons
@@ -632,7 +645,7 @@ void CurveSet::Data::SortRibbons(const std::unordered_map<uint32_t, RibbonNormal
     for (const auto &[index, normals] : ribbons) {
         if (index >= segmentCount)
             continue;
-        const uint32_t group = segments[index].group;
+        const uint32_t group = segments[index].segment.group;
         const float l0 = normals.n[0].Length(), l1 = normals.n[1].Length();
         if (group >= groupTypes.size() || groupTypes[group] != CurveType::Ribbon || !(l0 > 0 && l1 > 0) ||
             !std::isfinite(l0) || !std::isfinite(l1))
@@ -658,7 +671,7 @@ std::vector<Reference> CurveSet::Data::CutIntoPieces() {
     usable.reserve(segmentCount);
     float largest = 0;
     for (uint32_t i = 0; i < segmentCount; ++i) {
-        const CurveSegment &s = segments[i];
+        const CurveSegment &s = segments[i].segment;
         if (!IsUsable(s)) {
             ++dropped;
             continue;
@@ -679,7 +692,7 @@ std::vector<Reference> CurveSet::Data::CutIntoPieces() {
             for (uint32_t j = 0; j < pieces; ++j) {
                 const double u0 = double(j) / pieces - kPieceSlack, u1 = double(j + 1) / pieces + kPieceSlack;
                 const PieceShape shape =
-                    ShapeOfPiece(segments[usable[i]], &pieceMatrix[16 * size_t(j)], u0, u1);
+                    ShapeOfPiece(segments[usable[i]].segment, &pieceMatrix[16 * size_t(j)], u0, u1);
                 const Vector3d lo = Min(Min(shape.p[0], shape.p[1]), Min(shape.p[2], shape.p[3]));
                 const Vector3d hi = Max(Max(shape.p[0], shape.p[1]), Max(shape.p[2], shape.p[3]));
                 Reference &r = references[(i << tree.split) + j];
@@ -736,11 +749,12 @@ void CurveSet::Data::WriteLeaves(std::vector<Node> *built, const std::vector<Ref
                     const uint32_t j = piece & ((1u << tree.split) - 1);
                     const double share = 1.0 / (1 << tree.split);
                     const PieceShape shape =
-                        ShapeOfPiece(segments[piece >> tree.split], &pieceMatrix[16 * size_t(j)],
+                        ShapeOfPiece(segments[piece >> tree.split].segment, &pieceMatrix[16 * size_t(j)],
                                      j * share - kPieceSlack, (j + 1) * share + kPieceSlack);
                     capsules[k] = CapsuleOf(shape);
                 }
-                WriteLeaf(capsules, pieces, leaves.Data() + kLeafUnit * size_t(c & kLeafPlaceMask));
+                WriteLeaf(capsules, pieces, tree.slack,
+                          leaves.Data() + kLeafUnit * size_t(c & kLeafPlaceMask));
                 ++leaf;
             }
         }
@@ -762,10 +776,10 @@ CurveSet::CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> gr
     Data &d = *data_;
     d.kernel = ChooseKernel(options.isa);
     d.segmentCount = segments.size();
-    d.segmentPages = LargePages(segments.size() * sizeof(CurveSegment));
-    std::uninitialized_copy(segments.begin(), segments.end(),
-                            reinterpret_cast<CurveSegment *>(d.segmentPages.Data()));
-    d.segments = reinterpret_cast<const CurveSegment *>(d.segmentPages.Data());
+    d.segmentPages = LargePages(segments.size() * sizeof(AlignedSegment));
+    d.segments = reinterpret_cast<AlignedSegment *>(d.segmentPages.Data());
+    for (size_t i = 0; i < segments.size(); ++i)
+        std::construct_at(d.segments + i, AlignedSegment{segments[i]});
     segments = {};
     d.groupTypes = std::move(groupTypes);
     d.tree.split = std::clamp(options.split < 0 ? DefaultSplit(d.segmentCount) : options.split, 0, 4);
@@ -841,9 +855,9 @@ size_t CurveSet::MemoryBytes() const {
            data_->ribbonNormals.capacity() * sizeof(RibbonNormals) + data_->nodes.Size() +
            data_->leaves.Size() + data_->pieceMatrix.capacity() * sizeof(double) + sizeof(Data);
 }
-const CurveSegment &CurveSet::Segment(uint32_t i) const { return data_->segments[i]; }
+const CurveSegment &CurveSet::Segment(uint32_t i) const { return data_->segments[i].segment; }
 CurveType CurveSet::Type(uint32_t i) const {
-    const uint32_t group = data_->segments[i].group;
+    const uint32_t group = data_->segments[i].segment.group;
     return group < data_->groupTypes.size() ? data_->groupTypes[group] : CurveType::Flat;
 }
 const RibbonNormals *CurveSet::Ribbon(uint32_t i) const {

@@ -55,6 +55,30 @@ CUTICLE_INLINE __m512 LoadSmall<__m512>(const int16_t *p) {
     return _mm512_maskz_cvtepi32_ps(0xffff, _mm512_maskz_cvtepi16_epi32(0xffff, v));
 }
 #endif
+//> Multiply pairs of whole numbers
+// Of each lane's two numbers of 16 bits, the products with those of `pair`, added up.
+template <typename I>
+CUTICLE_INLINE I DotPairs(I pairs, int32_t pair) {
+    if constexpr (false) {
+    }
+#if defined(__SSE2__)
+    else if constexpr (sizeof(I) == 16)
+        return reinterpret_cast<I>(_mm_madd_epi16(reinterpret_cast<__m128i>(pairs), _mm_set1_epi32(pair)));
+#endif
+#if defined(__AVX2__)
+    else if constexpr (sizeof(I) == 32)
+        return reinterpret_cast<I>(
+            _mm256_madd_epi16(reinterpret_cast<__m256i>(pairs), _mm256_set1_epi32(pair)));
+#endif
+#if defined(__AVX512BW__)
+    else if constexpr (sizeof(I) == 64)
+        return reinterpret_cast<I>(
+            _mm512_madd_epi16(reinterpret_cast<__m512i>(pairs), _mm512_set1_epi32(pair)));
+#endif
+    else
+        return (pairs << 16 >> 16) * (pair << 16 >> 16) + (pairs >> 16) * (pair >> 16);
+}
+//<
 template <typename F>
 CUTICLE_INLINE F Fill(float x) {
     return x - F{};
@@ -143,6 +167,8 @@ struct Traveller {
     float of[3], xf[3], yf[3], zf[3], inverse[3];
     int isNegative[3];
     double shift;
+    // The axes x, y, z in kAxisUnits, as pairs of 16 bits: the first two components, the third and 0, 0 and the third.
+    int32_t pairs[3][3];
     float nearestf, farthestf;
     // Where it starts on a curve.
     uint32_t originSegment;
@@ -223,6 +249,20 @@ CUTICLE_INLINE bool Start(const Tree &tree, const Query &q, Traveller *r) {
     }
     r->nearestf = RoundDown(r->nearest - r->shift) - tree.slack;
     r->farthestf = RoundUp(leave - r->shift) + tree.slack;
+    //<
+
+    //> Round its frame to whole numbers
+    const double *const axes[3] = {r->x, r->y, r->z};
+    for (int i = 0; i < 3; ++i) {
+        uint32_t whole[3];
+        for (int c = 0; c < 3; ++c) {
+            const double x = kAxisUnits * axes[i][c];
+            whole[c] = static_cast<uint32_t>(static_cast<int32_t>(x + __builtin_copysign(0.5, x)));
+        }
+        r->pairs[i][0] = static_cast<int32_t>((whole[0] & 0xffff) | whole[1] << 16);
+        r->pairs[i][1] = static_cast<int32_t>(whole[2] & 0xffff);
+        r->pairs[i][2] = static_cast<int32_t>(whole[2] << 16);
+    }
     //<
 
     r->originSegment = q.originSegment;
@@ -535,33 +575,40 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
 //<
 
 //> Test the capsules of a leaf
-// One bit for each piece of the group whose capsule the ray meets between nearest and farthest.
-CUTICLE_INLINE uint32_t MeetCapsules(const LeafFrame &frame, const int16_t *leaf, int n, const Traveller &r,
-                                     float slack) {
+// One bit for each of the leaf's n pieces, from `first` on, whose capsule the ray meets between nearest and farthest.
+// All lengths are in the leaf's units.
+CUTICLE_INLINE uint32_t MeetCapsules(const LeafFrame &frame, const unsigned char *numbers, int n, int first,
+                                     const Traveller &r, float slack) {
     using F = Lanes;
-    //> Resolve the chords across and along the ray
-    const float dx = frame.origin[0] - r.of[0], dy = frame.origin[1] - r.of[1],
-                dz = frame.origin[2] - r.of[2];
-    const auto along = [&](const float *axis, F x, F y, F z) __attribute__((always_inline)) {
-        return x * (axis[0] * frame.scale) + y * (axis[1] * frame.scale) + z * (axis[2] * frame.scale);
+    using I = Pack<kLanes>::I;
+    //> Resolve the axes of the capsules across and along the ray
+    I begin, both, extent;
+    __builtin_memcpy(&begin, numbers + 4 * first, sizeof(I));
+    __builtin_memcpy(&both, numbers + 4 * (n + first), sizeof(I));
+    __builtin_memcpy(&extent, numbers + 4 * (2 * n + first), sizeof(I));
+    const float d[3] = {frame.origin[0] - r.of[0], frame.origin[1] - r.of[1], frame.origin[2] - r.of[2]};
+    const auto beginAlong = [&](int i, const float *axis) __attribute__((always_inline)) {
+        const I steps = DotPairs<I>(begin, r.pairs[i][0]) + DotPairs<I>(both, r.pairs[i][1]);
+        return __builtin_convertvector(steps, F) +
+               (d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2]) * frame.units;
     };
-    const F px = LoadSmall<F>(leaf + kP0x * n), py = LoadSmall<F>(leaf + kP0y * n),
-            pz = LoadSmall<F>(leaf + kP0z * n);
-    const F ex = LoadSmall<F>(leaf + kEx * n), ey = LoadSmall<F>(leaf + kEy * n),
-            ez = LoadSmall<F>(leaf + kEz * n);
-    const F pa = along(r.xf, px, py, pz) + (dx * r.xf[0] + dy * r.xf[1] + dz * r.xf[2]);
-    const F pb = along(r.yf, px, py, pz) + (dx * r.yf[0] + dy * r.yf[1] + dz * r.yf[2]);
-    const F pc = along(r.zf, px, py, pz) + (dx * r.zf[0] + dy * r.zf[1] + dz * r.zf[2]);
-    const F ea = along(r.xf, ex, ey, ez), eb = along(r.yf, ex, ey, ez), ec = along(r.zf, ex, ey, ez);
-    const F radius = LoadSmall<F>(leaf + kRadius * n) * frame.scale + slack;
+    const auto extentAlong = [&](int i) __attribute__((always_inline)) {
+        return __builtin_convertvector(DotPairs<I>(extent, r.pairs[i][0]) + DotPairs<I>(both, r.pairs[i][2]),
+                                       F);
+    };
+    const F pa = beginAlong(0, r.xf), pb = beginAlong(1, r.yf), pc = beginAlong(2, r.zf);
+    const F ea = extentAlong(0), eb = extentAlong(1), ec = extentAlong(2);
+    const F steps = LoadSmall<F>(reinterpret_cast<const int16_t *>(numbers + 12 * n) + first);
+    const F radius = steps * float(kAxisUnits) + slack * frame.units;
     //<
-    //> Find the chords' points nearest to the ray
+    //> Find the points nearest to the ray
     const F zero = Fill<F>(0.f), one = Fill<F>(1.f);
     const F s = Least(Greatest(-(pa * ea + pb * eb) / (ea * ea + eb * eb + 1e-37f), zero), one);
     const F a = pa + s * ea, b = pb + s * eb;
     //<
     const F front = Least(pc, pc + ec) - radius, back = Greatest(pc, pc + ec) + radius;
-    const auto meets = (a * a + b * b <= radius * radius) & (front <= r.farthestf) & (back >= r.nearestf);
+    const auto meets = (a * a + b * b <= radius * radius) & (front <= r.farthestf * frame.units) &
+                       (back >= r.nearestf * frame.units);
     return Bits(meets);
 }
 //<
@@ -575,10 +622,9 @@ CUTICLE_INLINE bool MeetLeaf(const Tree &tree, Traveller *r, uint32_t leafRef, A
     LeafFrame frame;
     __builtin_memcpy(&frame, data, sizeof(frame));
     const unsigned char *pieces = data + sizeof(frame);
-    const int16_t *arrays = reinterpret_cast<const int16_t *>(pieces + 4 * n);
     uint32_t bits = 0;
     for (int first = 0; first < n; first += kLanes)
-        bits |= MeetCapsules(frame, arrays + first, n, *r, tree.slack) << first;
+        bits |= MeetCapsules(frame, pieces + 4 * n, n, first, *r, tree.slack) << first;
     bits &= (2u << (n - 1)) - 1;
     bool hit = false;
     while (bits != 0) {
@@ -637,7 +683,7 @@ CUTICLE_INLINE void Prefetch(const Tree &tree, uint32_t child) {
 //<
 
 //> Walk down the tree
-template <bool Any>
+// To the nearest hit.
 CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
     Traveller r;
     if (tree.nodes == nullptr || !Start(tree, query, &r))
@@ -652,11 +698,7 @@ CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
     bool hit = false;
     for (;;) {
         if (at & kLeafBit) {
-            if (MeetLeaf<Any>(tree, &r, at, answer)) {
-                hit = true;
-                if constexpr (Any)
-                    return true;
-            }
+            hit |= MeetLeaf<false>(tree, &r, at, answer);
         } else {
             //> Enter a node: the nearest child next, the others wait in order
             const Node &node = tree.nodes[at];
@@ -677,7 +719,7 @@ CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
                         next = swap;
                     }
                     int place = top++;
-                    while (!Any && place > bottom && stack[place - 1].enter < next.enter) {
+                    while (place > bottom && stack[place - 1].enter < next.enter) {
                         stack[place] = stack[place - 1];
                         --place;
                     }
@@ -701,10 +743,46 @@ CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
 }
 //<
 
-bool Intersect(const Tree &tree, const Query &query, Answer *answer) {
-    return Walk<false>(tree, query, answer);
+//> Walk until something is met
+// Appends the children whose bits are set to a list that has room for all; returns how many.
+CUTICLE_INLINE int Append(const uint32_t *child, uint32_t bits, uint32_t *list) {
+#if defined(__AVX512VL__)
+    static_assert(kWidth == 8);
+    _mm256_storeu_si256(
+        reinterpret_cast<__m256i *>(list),
+        _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits),
+                                    _mm256_loadu_si256(reinterpret_cast<const __m256i *>(child))));
+    return __builtin_popcount(bits);
+#else
+    int n = 0;
+    for (; bits != 0; bits &= bits - 1)
+        list[n++] = child[__builtin_ctz(bits)];
+    return n;
+#endif
 }
-bool Occluded(const Tree &tree, const Query &query) { return Walk<true>(tree, query, nullptr); }
+CUTICLE_INLINE bool WalkToAny(const Tree &tree, const Query &query) {
+    Traveller r;
+    if (tree.nodes == nullptr || !Start(tree, query, &r))
+        return false;
+    uint32_t waiting[kMaxDepth * (kWidth - 1) + kWidth];
+    waiting[0] = 0; // the root
+    int n = 1;
+    while (n > 0) {
+        const uint32_t at = waiting[--n];
+        if (at & kLeafBit) {
+            if (MeetLeaf<true>(tree, &r, at, nullptr))
+                return true;
+        } else {
+            float enter[kWidth];
+            n += Append(tree.nodes[at].child, MeetBoxes(tree.nodes[at], r, enter), waiting + n);
+        }
+    }
+    return false;
+}
+//<
+
+bool Intersect(const Tree &tree, const Query &query, Answer *answer) { return Walk(tree, query, answer); }
+bool Occluded(const Tree &tree, const Query &query) { return WalkToAny(tree, query); }
 
 } // namespace
 

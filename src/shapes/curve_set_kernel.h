@@ -30,24 +30,25 @@ struct alignas(64) Node {
 //<
 
 //> Lay out the leaves of the tree
-// A leaf with n pieces: its frame, n piece numbers, and kLeafArrays arrays of n numbers in 16 bits, with no gap between
-// them. Points are origin + scale * number, vectors and radii scale * number. Loads of full registers run over the end
-// of an array; the pool ends in kLeafPadding bytes for that.
+// A leaf with n pieces: its frame, n piece numbers of 32 bits, and in numbers of 16 bits n pairs with x and y of where
+// a capsule's axis begins, n pairs with z of that and z of its extent, n pairs with x and y of the extent, and n radii;
+// no gap between them. Points are counted from the origin, all in steps. Loads of full registers run over the end of an
+// array; the pool ends in kLeafPadding bytes for that.
 struct LeafFrame {
-    float origin[3], scale;
+    float origin[3];
+    float units; // in a length of 1; a step is kAxisUnits of them
 };
-enum LeafArray { kP0x, kP0y, kP0z, kEx, kEy, kEz, kRadius, kLeafArrays };
+// A unit vector in whole numbers. A point in steps times such a vector is a length in units.
+inline constexpr int kAxisUnits = 32767;
 inline constexpr size_t kLeafPadding = 64;
-inline constexpr size_t LeafBytes(uint32_t n) {
-    return sizeof(LeafFrame) + n * (4 + 2 * size_t(kLeafArrays));
-}
+inline constexpr size_t LeafBytes(uint32_t n) { return sizeof(LeafFrame) + n * (4 + 3 * 4 + 2); }
 //<
 
 //> List what a kernel is given
 struct Tree {
     const Node *nodes = nullptr; // [0] is the root
     const unsigned char *leaves = nullptr;
-    const float *segments = nullptr; // CurveSegment: 12 coordinates, 2 widths, group
+    const float *segments = nullptr; // 12 coordinates, 2 widths, group
     const uint32_t *ribbonOf =
         nullptr; // by segment: index of its normals, or kNoRibbon; null: no ribbons at all
     const float *ribbonNormals = nullptr; // 6 numbers each
@@ -62,7 +63,7 @@ struct Tree {
 };
 inline constexpr uint32_t kNoRibbon = 0xffffffffu;
 inline constexpr uint32_t kNoSegment = 0xffffffffu;
-inline constexpr size_t kSegmentWords = 15;
+inline constexpr size_t kSegmentWords = 16; // from one segment to the next: 15 are used
 // How much longer than its share of [0, 1] a piece is at both ends, so that rounding loses no hit at a joint.
 inline constexpr double kPieceSlack = 2e-6;
 
