@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import resource
 import signal
 import subprocess
@@ -327,13 +328,17 @@ class CommandLine(unittest.TestCase):
         self.fails("goniometer", "--samples", "10", "--channel", "1", "-o", "a.csv", says="--channel must be below")
 
     def test_atlas(self):
-        self.ok("atlas", "--quick", "--chapter", "paths", "-o", "maps")
+        self.ok("atlas", "--quick", "--chapter", "paths", "longitudinal", "-o", "maps")
         index = (self.path / "maps" / "index.csv").read_text().splitlines()
-        self.assertEqual(index[0], "fault,what,map,quantity,published,ours,state,tests")
-        self.assertEqual({line.split(",")[0] for line in index[1:]}, {"7", "8", "9", "12", "13", "16"})
+        self.assertEqual(index[0], "fault,what,map,quantity,published,ours,double,state,tests")
+        self.assertEqual({line.split(",")[0] for line in index[1:]}, set("1 2 3 4 5 7 8 9 12 13 15 16".split()))
         for ending in ["csv", "svg", "png"]:
             self.assertTrue((self.path / "maps" / f"edge.{ending}").stat().st_size > 1000, ending)
-        self.assertIn("![", (self.path / "maps" / "index.md").read_text())
+        page = (self.path / "maps" / "index.md").read_text()
+        self.assertIn("![", page)
+        for line in page.splitlines():
+            if line.startswith("|"):  # a table of nine columns, whatever bars its texts hold
+                self.assertEqual(len(re.findall(r"(?<!\\)\|", line)), 10, line)
         self.fails("atlas", "--quick", "--chapter", "paths", "-o", "scene.pbrt/maps", says="scene.pbrt/maps")
 
     def test_folders_that_have_the_name_of_a_file(self):

@@ -17,20 +17,32 @@ struct AtlasArguments {
     bool quiet = false;
 };
 
+// Bars would end a cell of the table.
+std::string CellText(const std::string &text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (c == '|')
+            escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
 // The index as a page: a table of the faults, then all pictures.
 std::string IndexPage(const Table &index, const std::vector<AtlasMap> &maps) {
     std::string page =
-        "# The stability atlas\n\nMeasured by `cuticle atlas`. Numbers: the worst of a map, as published and "
-        "ours; inf: no number at all in some cell. Stated: the model itself has the fault, ours too.\n\n"
-        "| fault | what | map | quantity | published | ours | state | tests |\n"
-        "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
+        "# The stability atlas\n\nMeasured by `cuticle atlas`. Numbers: the worst of a map, as published, "
+        "ours as it renders (in float), and ours in double where that was measured; inf: no number at all in "
+        "some cell; empty: there is no such form. Stated: the model itself has the fault, ours too.\n\n"
+        "| fault | what | map | quantity | published | ours | double | state | tests |\n"
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
     for (size_t i = 0; i < index.Rows(); ++i) {
         page += "|";
         for (const char *column :
-             {"fault", "what", "map", "quantity", "published", "ours", "state", "tests"}) {
+             {"fault", "what", "map", "quantity", "published", "ours", "double", "state", "tests"}) {
             const std::string &text = index.Text(i, column);
             const bool isMap = column == std::string_view("map");
-            page.append(isMap ? " [" : " ").append(text);
+            page.append(isMap ? " [" : " ").append(CellText(text));
             if (isMap)
                 page.append("](").append(text).append(")");
             page += " |";
@@ -81,8 +93,8 @@ void AddAtlasCommand(CLI::App &app) {
         ->type_name("NAME")
         ->take_all();
     c->footer("A heat map for every known fault of the published methods, and for every model over its "
-              "parameters: NaN and\n"
-              "negative values, energy, samples against density, weights, reciprocity. gnuplot draws.\n"
+              "parameters, as published\nbeside ours in float and in double: NaN and "
+              "negative values, energy, samples against density, weights,\nreciprocity. gnuplot draws.\n"
               "Example: cuticle atlas -o atlas --quick");
     c->callback([a] { RunAtlas(*a); });
 }

@@ -96,6 +96,7 @@ class BxDFOf : public FiberBxDF {
         *pdf = value.pdf + doubt;
         return WithoutCosineOfSample(value.fCos, wi) + Spectrum(doubt);
     }
+    const Model &Numeric() const { return model_; }
 
   protected:
     explicit BxDFOf(const Model &model) : model_(model) {}

@@ -24,6 +24,7 @@ DEonParameters CheckedDEon(DEonParameters p) {
         p.betaN[i] = Checked("beta_n", p.betaN[i], 0.05f, 1e3f);
     }
     p.lobes = std::clamp(p.lobes, 1, 16);
+    p.order = std::clamp(p.order, 0, static_cast<int>(kMostNodes));
     if (p.h)
         p.h = Checked("h", *p.h, -1, 1);
     return p;
@@ -130,16 +131,14 @@ template <typename T>
 std::array<T, 3> DEonQuadrature<T>::ByFixedOrder(int p, const Inside &fiber, T phi, size_t order,
                                                  bool half) const {
     std::array<T, 3> sum = {0, 0, 0};
-    const GaussLegendreRule &rule = GaussLegendre(order);
-    for (size_t i = 0; i < order; ++i) {
-        const T h = half ? (T(rule.x[i]) + 1) / 2 : T(rule.x[i]), gamma = std::asin(h),
-                turn = fiber.Phi(p, gamma);
+    const T beta = Width(static_cast<size_t>(p));
+    NodesOfOrder<T>(order, half, [&](T gamma, T weight) {
         const std::array<T, 3> a = Attenuation(p, gamma, fiber);
-        const T beta = Width(static_cast<size_t>(p));
+        const T turn = fiber.Phi(p, gamma);
         const T seen = half ? Seen(beta, phi, turn) : GaussianDetector(beta, phi - turn);
         for (size_t c = 0; c < 3; ++c)
-            sum[c] += T(rule.w[i]) / 2 * a[c] * seen;
-    }
+            sum[c] += weight * a[c] * seen;
+    });
     return sum;
 }
 //<
@@ -184,14 +183,19 @@ DEon<T, Around>::DEon(const DEonParameters &p, const Around &a) : parameters(p),
     along_[3] = {p.longitudinal, kPi<T> / 180 * T(p.betaM[2]), 0};
 }
 //> Share out the samples of d'Eon's model
-// By the luminance of each lobe at the viewer's own inclination.
+// By the luminance of each lobe where most of it is seen. At the viewer's own inclination alone, a viewer along the fiber
+// would sample nothing but R, and meet TT, half a width away, with weights of hundreds.
 template <typename T, class Around>
 typename DEon<T, Around>::Shares DEon<T, Around>::SharesOf(T cosThetaO) const {
     const auto inside = around.At(cosThetaO);
     Shares shares{};
     T sum = 0;
-    for (size_t p = 0; p < parameters.AllLobes(); ++p)
-        sum += shares[p] = around.Share(p, inside);
+    for (size_t p = 0; p < parameters.AllLobes(); ++p) {
+        const T seen = Along(p).UsualCosThetaD(cosThetaO);
+        const bool beside =
+            parameters.inclination == AttenuationInclination::HalfDifference && seen > cosThetaO;
+        sum += shares[p] = around.Share(p, beside ? around.At(seen) : inside);
+    }
     for (T &s : shares)
         s /= sum;
     return shares;
@@ -249,7 +253,43 @@ FiberValue<T> DEon<T, Around>::Sample(const Vector3<T> &wo, std::array<T, 4> u, 
 }
 template class DEon<float, DEonQuadrature<float>>;
 template class DEon<double, DEonQuadrature<double>>;
-template class DEon<float, DEonTable::View>;
+template class DEon<float, DEonTableOf<float>::View>;
+template class DEon<double, DEonTableOf<double>::View>;
+//<
+
+//> Count the lobes by the light
+template <typename T>
+int ChosenLobes<T>::LobesAt(T cosThetaO) const {
+    const SmoothFiber<T> fiber(cosThetaO, T(parameters.eta));
+    const T gamma = std::asin(T(*parameters.h));
+    const std::array<T, 3> sigmaA = {parameters.sigmaA[0], parameters.sigmaA[1], parameters.sigmaA[2]};
+    const auto beyond = [&](int p) { return Luminance(fiber.Tail(p, gamma, sigmaA, parameters.length)); };
+    const T all = Luminance(fiber.Attenuation(0, gamma, sigmaA, parameters.length)) + beyond(1);
+    int lobes = 1;
+    while (lobes < parameters.lobes && beyond(lobes) > tailShare * all)
+        ++lobes;
+    return lobes;
+}
+template <typename T>
+DEon<T, DEonQuadrature<T>> ChosenLobes<T>::At(const Vector3<T> &wo) const {
+    DEonParameters p = parameters;
+    p.lobes = LobesAt(AnglesOf(wo.x, wo.y, wo.z).cosTheta);
+    return {p, DEonQuadrature<T>(p)};
+}
+template class ChosenLobes<float>;
+template class ChosenLobes<double>;
+
+ChosenLobesBSDF::ChosenLobesBSDF(const DEonParameters &p, Float tailShare)
+    : BxDFOf(ChosenLobes<Float>(CheckedDEon(p), Checked("the tail's share", tailShare, 0, 1))) {
+    if (!p.h || !p.tail || p.inclination != AttenuationInclination::Viewer)
+        throw Error("ChosenLobesBSDF: needs h, a tail, and attenuation at the viewer's inclination");
+}
+std::string ChosenLobesBSDF::ToString() const {
+    std::ostringstream out;
+    out << "[ ChosenLobesBSDF tail: " << model_.tailShare << " of "
+        << DescribeDEon("DEonBSDF", model_.parameters) << " ]";
+    return out.str();
+}
 //<
 
 //> Offer d'Eon's model as a BSDF

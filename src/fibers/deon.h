@@ -53,6 +53,8 @@ struct DEonParameters {
     AzimuthalDetector detector = AzimuthalDetector::Wrapped;
     SegmentLength length = SegmentLength::Chord;
     LongitudinalForm longitudinal = LongitudinalForm::Spherical;
+    // Nodes in h of one Gauss rule over the whole width, 1 to 64; the paper takes 35. 0: as many as the roughness asks for.
+    int order = 0;
 
     size_t AllLobes() const { return static_cast<size_t>(lobes) + (tail ? 1 : 0); }
     bool IsTail(size_t p) const { return p == static_cast<size_t>(lobes); }
@@ -123,6 +125,13 @@ size_t NodesFor(T reach, T beta) {
     return 5 + (spacings > 0 ? static_cast<size_t>(std::min(spacings, T(1e5))) : 0); // NaN counts as 0
 }
 //<
+// One rule in h over [-1, 1], as printed, or over [0, 1]: f(gamma, weight) with weights that add up to 1.
+template <typename T, typename F>
+void NodesOfOrder(size_t order, bool half, F f) {
+    const GaussLegendreRule &rule = GaussLegendre(order);
+    for (size_t i = 0; i < order; ++i)
+        f(std::asin(half ? (T(rule.x[i]) + 1) / 2 : T(rule.x[i])), T(rule.w[i]) / 2);
+}
 // Over half of the width, gamma in [0, pi/2], dh = cos gamma dgamma: f(gamma, weight) with weights that add up to 1. Split
 // at the turning point, and into rules of at most kMostNodes.
 template <typename T, typename F>
@@ -141,6 +150,13 @@ template <typename F>
 void DEonQuadrature<T>::ForEachNode(int p, const Inside &fiber, F f) const {
     if (parameters.h) {
         f(std::asin(T(*parameters.h)), T(1));
+        return;
+    }
+    if (parameters.order > 0) { // h and -h are one ray, seen from both sides
+        NodesOfOrder<T>(static_cast<size_t>(parameters.order), false, [&](T gamma, T weight) {
+            if (gamma > T(-1e-9L))
+                f(gamma, gamma < T(1e-9L) ? weight : 2 * weight);
+        });
         return;
     }
     const T turn = fiber.TurningPoint(p), ends[] = {0, turn, kPi<T> / 2};
@@ -209,32 +225,65 @@ class DEonBSDF final : public BxDFOf<DEon<Float, DEonQuadrature<Float>>> {
 std::string DescribeDEon(const char *name, const DEonParameters &parameters);
 //<
 
+//> Declare the model whose lobes are counted by the light
+// Of a fiber with h given, whose attenuation is taken at the viewer's inclination: the first orders have a lobe each, as many
+// as it takes until those beyond, which share the tail, hold no more than tailShare of the light that leaves; at least
+// one, at most `lobes`. All light leaves, whatever the number.
+template <typename T>
+class ChosenLobes {
+  public:
+    // p: with h, AttenuationInclination::Viewer and the tail.
+    ChosenLobes(const DEonParameters &p, T share) : parameters(p), tailShare(share) {}
+    int LobesAt(T cosThetaO) const;
+
+    FiberValue<T> Evaluate(const Vector3<T> &wo, const Vector3<T> &wi) const {
+        return At(wo).Evaluate(wo, wi);
+    }
+    FiberValue<T> Sample(const Vector3<T> &wo, const std::array<T, 4> &u, Vector3<T> *wi) const {
+        return At(wo).Sample(wo, u, wi);
+    }
+
+    const DEonParameters parameters;
+    const T tailShare;
+
+  private:
+    DEon<T, DEonQuadrature<T>> At(const Vector3<T> &wo) const;
+};
+// Throws Error for parameters that are not finite, and for a fiber without h or without a tail, or at another inclination.
+class ChosenLobesBSDF final : public BxDFOf<ChosenLobes<Float>> {
+  public:
+    ChosenLobesBSDF(const DEonParameters &parameters, Float tailShare);
+    std::string ToString() const override;
+};
+//<
+
 //> Tabulate $N_p$
 // All lobes of one fiber over theta_d and phi; what is tabulated does not depend on alpha and betaM. Made with all threads
 // of the current task arena, in hundredths of a second, or half a second of one core where lobes are narrowest. Throws
-// Error for a near-field fiber.
-class DEonTable {
+// Error for a near-field fiber. T is float or double.
+template <typename T>
+class DEonTableOf {
   public:
-    explicit DEonTable(const DEonParameters &parameters);
+    explicit DEonTableOf(const DEonParameters &parameters);
     // The same table for the same parameters, while anyone holds it. Thread-safe.
-    static std::shared_ptr<const DEonTable> Cached(const DEonParameters &parameters);
+    static std::shared_ptr<const DEonTableOf> Cached(const DEonParameters &parameters);
 
     // What the model asks of a table, which must outlive it.
     class View {
       public:
-        explicit View(const DEonTable *table) : table_(table) {}
+        explicit View(const DEonTableOf *table) : table_(table) {}
         struct Inside { // a place between two rows
             size_t row;
-            float fraction;
+            T fraction;
         };
-        Inside At(float cosThetaD) const;
-        AroundValue<float> Value(size_t p, const Inside &inside, float phi) const;
-        float Sample(size_t p, const Inside &inside, float rest, float u) const;
-        float Share(size_t p, const Inside &inside) const;
+        Inside At(T cosThetaD) const;
+        AroundValue<T> Value(size_t p, const Inside &inside, T phi) const;
+        T Sample(size_t p, const Inside &inside, T rest, T u) const;
+        T Share(size_t p, const Inside &inside) const;
 
       private:
-        float Between(const std::vector<float> &values, size_t p, const Inside &inside) const;
-        const DEonTable *table_;
+        T Between(const std::vector<T> &values, size_t p, const Inside &inside) const;
+        const DEonTableOf *table_;
     };
     size_t Rows() const { return rows_; }
     size_t Columns() const { return columns_; }
@@ -244,12 +293,13 @@ class DEonTable {
     size_t Row(size_t row, size_t p) const { return row * lobes_ + p; }
     void Fill(const DEonQuadrature<double> &exact, size_t row, size_t p);
 
-    size_t rows_, columns_, lobes_;            // columns over phi in [0, pi], ends included
-    std::vector<std::array<float, 3>> n_;      // N_p, by row, lobe, column
-    std::vector<float> luminance_, cumulated_; // of N_p, and its integral from 0 to the column
-    std::vector<float> mean_;                  // its integral over the circle, by row and lobe
-    std::vector<float> share_;                 // the light of the lobe, by which it is sampled
+    size_t rows_, columns_, lobes_;        // columns over phi in [0, pi], ends included
+    std::vector<std::array<T, 3>> n_;      // N_p, by row, lobe, column
+    std::vector<T> luminance_, cumulated_; // of N_p, and its integral from 0 to the column
+    std::vector<T> mean_;                  // its integral over the circle, by row and lobe
+    std::vector<T> share_;                 // the light of the lobe, by which it is sampled
 };
+using DEonTable = DEonTableOf<Float>;
 //<
 
 //> Declare the fast form of the model

@@ -26,9 +26,10 @@ size_t RowsFor(const DEonParameters &p) {
 //> Space the rows
 // x in [0, 1] over theta_d in [0, pi/2], denser toward grazing, where Fresnel's factor rises steeply.
 double ThetaOfRow(double x) { return std::numbers::pi / 2 * x * (2 - x); }
-float RowOfCosTheta(float cosTheta) {
-    const float theta = std::acos(std::min(cosTheta, 1.f));
-    return 1 - std::sqrt(std::max(0.f, 1 - theta / (Pi / 2)));
+template <typename T>
+T RowOfCosTheta(T cosTheta) {
+    const T theta = std::acos(std::min(cosTheta, T(1)));
+    return 1 - std::sqrt(std::max(T(0), 1 - theta / (kPi<T> / 2)));
 }
 //<
 //> Find the columns near an azimuth
@@ -43,7 +44,8 @@ std::pair<size_t, size_t> ColumnsNear(double turn, double reach, double step, si
 } // namespace
 
 //> Fill the table
-DEonTable::DEonTable(const DEonParameters &given)
+template <typename T>
+DEonTableOf<T>::DEonTableOf(const DEonParameters &given)
     : rows_(RowsFor(CheckedDEon(given))), columns_(ColumnsFor(CheckedDEon(given))) {
     const DEonParameters p = CheckedDEon(given);
     if (p.h)
@@ -61,7 +63,8 @@ DEonTable::DEonTable(const DEonParameters &given)
     });
 }
 // Linear between columns, so that the integral of a table's row is the sum of its trapezia.
-void DEonTable::Fill(const DEonQuadrature<double> &exact, size_t row, size_t p) {
+template <typename T>
+void DEonTableOf<T>::Fill(const DEonQuadrature<double> &exact, size_t row, size_t p) {
     const double x = static_cast<double>(row) / static_cast<double>(rows_ - 1),
                  step = std::numbers::pi / static_cast<double>(columns_ - 1), beta = exact.Width(p);
     const SmoothFiber<double> fiber = exact.At(std::cos(ThetaOfRow(x)));
@@ -90,19 +93,20 @@ void DEonTable::Fill(const DEonQuadrature<double> &exact, size_t row, size_t p) 
         sum += j > 0 ? step / 2 * (y + before) : 0;
         before = y;
         for (size_t c = 0; c < 3; ++c)
-            n_[first + j][c] = static_cast<float>(n[j][c]);
-        luminance_[first + j] = static_cast<float>(y);
-        cumulated_[first + j] = static_cast<float>(sum);
+            n_[first + j][c] = static_cast<T>(n[j][c]);
+        luminance_[first + j] = static_cast<T>(y);
+        cumulated_[first + j] = static_cast<T>(sum);
     }
-    mean_[Row(row, p)] = static_cast<float>(2 * sum);
-    share_[Row(row, p)] = static_cast<float>(Luminance(exact.Mean(p, fiber)));
+    mean_[Row(row, p)] = static_cast<T>(2 * sum);
+    share_[Row(row, p)] = static_cast<T>(Luminance(exact.Mean(p, fiber)));
 }
 //<
 
 //> Share tables between fibers
-std::shared_ptr<const DEonTable> DEonTable::Cached(const DEonParameters &parameters) {
+template <typename T>
+std::shared_ptr<const DEonTableOf<T>> DEonTableOf<T>::Cached(const DEonParameters &parameters) {
     static std::mutex mutex;
-    static std::vector<std::pair<DEonParameters, std::weak_ptr<const DEonTable>>> tables;
+    static std::vector<std::pair<DEonParameters, std::weak_ptr<const DEonTableOf>>> tables;
     DEonParameters key = CheckedDEon(parameters);
     key.alpha = {}, key.betaM = {}, key.longitudinal = {}; // of no effect on the table
     const std::lock_guard lock(mutex);
@@ -111,41 +115,47 @@ std::shared_ptr<const DEonTable> DEonTable::Cached(const DEonParameters &paramet
         if (known == key)
             if (auto shared = table.lock())
                 return shared;
-    auto made = std::make_shared<const DEonTable>(key);
+    auto made = std::make_shared<const DEonTableOf>(key);
     tables.emplace_back(key, made);
     return made;
 }
-size_t DEonTable::MemoryBytes() const {
+template <typename T>
+size_t DEonTableOf<T>::MemoryBytes() const {
     return n_.size() * sizeof(n_[0]) +
-           (luminance_.size() + cumulated_.size() + mean_.size() + share_.size()) * sizeof(float);
+           (luminance_.size() + cumulated_.size() + mean_.size() + share_.size()) * sizeof(T);
 }
 //<
 
 //> Look up the table
 namespace {
 // The interval of [0, intervals] in which x lies; 0 for NaN.
-size_t Below(float x, size_t intervals) {
+template <typename T>
+size_t Below(T x, size_t intervals) {
     return x > 0 ? std::min(static_cast<size_t>(x), intervals - 1) : 0;
 }
 } // namespace
-DEonTable::View::Inside DEonTable::View::At(float cosThetaD) const {
-    const float x = RowOfCosTheta(cosThetaD) * static_cast<float>(table_->rows_ - 1);
+template <typename T>
+typename DEonTableOf<T>::View::Inside DEonTableOf<T>::View::At(T cosThetaD) const {
+    const T x = RowOfCosTheta(cosThetaD) * static_cast<T>(table_->rows_ - 1);
     const size_t row = Below(x, table_->rows_ - 1);
-    return {row, x - static_cast<float>(row)};
+    return {row, x - static_cast<T>(row)};
 }
-float DEonTable::View::Between(const std::vector<float> &values, size_t p, const Inside &inside) const {
+template <typename T>
+T DEonTableOf<T>::View::Between(const std::vector<T> &values, size_t p, const Inside &inside) const {
     return (1 - inside.fraction) * values[table_->Row(inside.row, p)] +
            inside.fraction * values[table_->Row(inside.row + 1, p)];
 }
-float DEonTable::View::Share(size_t p, const Inside &inside) const {
+template <typename T>
+T DEonTableOf<T>::View::Share(size_t p, const Inside &inside) const {
     return Between(table_->share_, p, inside);
 }
 // Bilinear. The density is that of Sample exactly: interpolation is linear, and so is luminance.
-AroundValue<float> DEonTable::View::Value(size_t p, const Inside &inside, float phi) const {
-    const float x = std::abs(WrapAngle(phi)) / Pi * static_cast<float>(table_->columns_ - 1);
+template <typename T>
+AroundValue<T> DEonTableOf<T>::View::Value(size_t p, const Inside &inside, T phi) const {
+    const T x = std::abs(WrapAngle(phi)) / kPi<T> * static_cast<T>(table_->columns_ - 1);
     const size_t j = Below(x, table_->columns_ - 1);
-    const float across = x - static_cast<float>(j), weight[] = {1 - inside.fraction, inside.fraction};
-    AroundValue<float> value{{0, 0, 0}, 0};
+    const T across = x - static_cast<T>(j), weight[] = {1 - inside.fraction, inside.fraction};
+    AroundValue<T> value{{0, 0, 0}, 0};
     for (size_t k = 0; k < 2; ++k) {
         const size_t at = table_->Row(inside.row + k, p) * table_->columns_ + j;
         for (size_t c = 0; c < 3; ++c)
@@ -153,7 +163,7 @@ AroundValue<float> DEonTable::View::Value(size_t p, const Inside &inside, float 
         value.density +=
             weight[k] * ((1 - across) * table_->luminance_[at] + across * table_->luminance_[at + 1]);
     }
-    const float mean = Between(table_->mean_, p, inside);
+    const T mean = Between(table_->mean_, p, inside);
     value.density = mean > 0 ? value.density / mean : 0;
     return value;
 }
@@ -162,25 +172,28 @@ AroundValue<float> DEonTable::View::Value(size_t p, const Inside &inside, float 
 //> Draw an azimuth from the table
 // A row of the two by what it holds, a column by the cumulated sums, a place in it by the linear density; the sign comes
 // from u's upper bit.
-float DEonTable::View::Sample(size_t p, const Inside &inside, float rest, float u) const {
-    const float low = (1 - inside.fraction) * table_->mean_[table_->Row(inside.row, p)],
-                high = inside.fraction * table_->mean_[table_->Row(inside.row + 1, p)];
+template <typename T>
+T DEonTableOf<T>::View::Sample(size_t p, const Inside &inside, T rest, T u) const {
+    const T low = (1 - inside.fraction) * table_->mean_[table_->Row(inside.row, p)],
+            high = inside.fraction * table_->mean_[table_->Row(inside.row + 1, p)];
     const size_t row = table_->Row(inside.row + (rest * (low + high) < low ? 0 : 1), p);
-    const float *cumulated = table_->cumulated_.data() + row * table_->columns_;
-    const float sign = u < 0.5f ? -1.f : 1.f,
-                target = (u < 0.5f ? 2 * u : 2 * u - 1) * table_->mean_[row] / 2;
+    const T *cumulated = table_->cumulated_.data() + row * table_->columns_;
+    const T sign = u < T(0.5L) ? T(-1) : T(1),
+            target = (u < T(0.5L) ? 2 * u : 2 * u - 1) * table_->mean_[row] / 2;
     const auto j = static_cast<size_t>(std::clamp<std::ptrdiff_t>(
         std::upper_bound(cumulated, cumulated + table_->columns_, target) - cumulated - 1, 0,
         static_cast<std::ptrdiff_t>(table_->columns_) - 2));
-    const float a = table_->luminance_[row * table_->columns_ + j],
-                b = table_->luminance_[row * table_->columns_ + j + 1],
-                step = Pi / static_cast<float>(table_->columns_ - 1);
+    const T a = table_->luminance_[row * table_->columns_ + j],
+            b = table_->luminance_[row * table_->columns_ + j + 1],
+            step = kPi<T> / static_cast<T>(table_->columns_ - 1);
     // a t + (b - a) t^2 / 2 = y, by the root that does not cancel.
-    const float y = (target - cumulated[j]) / step;
-    const float root = std::sqrt(std::max(0.f, a * a + 2 * (b - a) * y));
-    const float t = a + root > 0 ? std::clamp(2 * y / (a + root), 0.f, 1.f) : 0.5f;
-    return sign * step * (static_cast<float>(j) + t);
+    const T y = (target - cumulated[j]) / step;
+    const T root = std::sqrt(std::max(T(0), a * a + 2 * (b - a) * y));
+    const T t = a + root > 0 ? std::clamp(2 * y / (a + root), T(0), T(1)) : T(0.5L);
+    return sign * step * (static_cast<T>(j) + t);
 }
+template class DEonTableOf<float>;
+template class DEonTableOf<double>;
 //<
 
 } // namespace cuticle

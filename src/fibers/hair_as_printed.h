@@ -1,6 +1,6 @@
 //> Keep the formulas as they were printed
-// For tests and charts only: what Pharr's text of 2016 says, faults included, each named where it stands. The model
-// that renders is in hair_model.h.
+// What Pharr's text of 2016 says, and d'Eon's paper of M_p, faults included, each named where it stands: for tests, charts
+// and what a scene asks for as printed. The model that renders is in hair_model.h.
 #pragma once
 
 #include "fibers/bxdf.h"
@@ -12,11 +12,11 @@
 namespace cuticle::as_printed {
 
 //> Sum ten terms of $I_0$
-// d'Eon 2011, equation 15: sum of (x/2)^(2k) / k!^2. Used up to x = 12, where ten terms fall short by 2%.
-template <typename T>
+// Sum of (x/2)^(2k) / k!^2. Used up to x = 12, where ten terms fall short by 2%. d'Eon 2011, equation 15, has eleven.
+template <typename T, int terms = 10>
 T I0(T x) {
     T term = 1, sum = 0;
-    for (int k = 1; k <= 10; ++k) {
+    for (int k = 1; k <= terms; ++k) {
         sum += term;
         term *= x * x / T(4 * k * k);
     }
@@ -43,6 +43,17 @@ T Mp(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
     if (v <= T(0.1L))
         return std::exp(LogI0(a) - b - 1 / v + T(0.6931L) + std::log(1 / (2 * v)));
     return std::exp(-b) * I0(a) / (std::sinh(1 / v) * 2 * v);
+}
+//<
+
+//> Take $M_p$ from d'Eon's paper word for word
+// d'Eon 2011, equations 7 and 15, for any v. Eleven terms are all of I_0 up to an argument of about 12: beyond, light is
+// lost. In binary32 sinh(1/v) overflows below v = 0.0113: nothing is left, and no number where the exponential
+// overflows as well.
+template <typename T>
+T MpOf2011(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
+    return std::exp(-sinThetaI * sinThetaO / v) * I0<T, 11>(cosThetaI * cosThetaO / v) /
+           (std::sinh(1 / v) * 2 * v);
 }
 //<
 

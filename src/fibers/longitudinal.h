@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fibers/gaussian.h"
+#include "fibers/hair_as_printed.h"
 #include "fibers/hair_model.h"
 
 namespace cuticle {
@@ -14,7 +15,8 @@ namespace cuticle {
 //              since dtheta_i = 2 dtheta_h.
 //   FullAngle  Zinke and Weber 2007: g(width; theta_i + theta_o - shift) / cos^2 theta_d, half of the former.
 //   Spherical  d'Eon et al. 2011: conserves energy. width^2 is its v.
-enum class LongitudinalForm { HalfAngle, FullAngle, Spherical };
+//   Printed    the same, but computed as that paper prints it; sampled as Spherical. For comparison only.
+enum class LongitudinalForm { HalfAngle, FullAngle, Spherical, Printed };
 //<
 
 //> Hold an inclination
@@ -45,11 +47,20 @@ class LongitudinalLobe {
     T Value(const Inclination<T> &o, const Inclination<T> &i) const;
     // The density of Sample, for cos theta_i d theta_i.
     T Density(const Inclination<T> &o, const Inclination<T> &i) const;
+    // cos theta_d where most of the lobe is seen from theta_o: at theta_o, but from along the fiber half a width beside it.
+    T UsualCosThetaD(T cosThetaO) const { return std::max(cosThetaO, std::min(width_ / 2, T(1))); }
     // Chooses theta_i from two numbers in (0, 1).
     Inclination<T> Sample(const Inclination<T> &o, T u, T v) const;
 
   private:
+    bool IsSpherical() const {
+        return form_ == LongitudinalForm::Spherical || form_ == LongitudinalForm::Printed;
+    }
     SinCosine<T> TiltedBy(const Inclination<T> &o) const { return Tilted(o.sin, o.cos, sinTilt_, cosTilt_); }
+    T SphericalValue(const Inclination<T> &o, const Inclination<T> &i) const {
+        const SinCosine<T> tilted = TiltedBy(o);
+        return Mp(i.cos, tilted.cos, i.sin, tilted.sin, width_ * width_);
+    }
     TruncatedGaussian<T> Cut(const Inclination<T> &o) const;
     LongitudinalForm form_ = LongitudinalForm::Spherical;
     T width_ = 1, shift_ = 0, sinTilt_ = 0, cosTilt_ = 1;
@@ -60,9 +71,11 @@ class LongitudinalLobe {
 // S cos theta_i with S = M N / cos^2 theta_d, or d'Eon's M N, which holds these cosines already.
 template <typename T>
 T LongitudinalLobe<T>::Value(const Inclination<T> &o, const Inclination<T> &i) const {
-    if (form_ == LongitudinalForm::Spherical) {
+    if (form_ == LongitudinalForm::Spherical)
+        return SphericalValue(o, i);
+    if (form_ == LongitudinalForm::Printed) {
         const SinCosine<T> tilted = TiltedBy(o);
-        return Mp(i.cos, tilted.cos, i.sin, tilted.sin, width_ * width_);
+        return as_printed::MpOf2011(i.cos, tilted.cos, i.sin, tilted.sin, width_ * width_);
     }
     const T cosines = i.cos / std::max(SquaredCosOfHalfDifference(o, i), T(1e-12L));
     const T full = Gaussian(width_, o.Angle() + i.Angle() - shift_) * cosines;
@@ -80,13 +93,13 @@ TruncatedGaussian<T> LongitudinalLobe<T>::Cut(const Inclination<T> &o) const {
 }
 template <typename T>
 T LongitudinalLobe<T>::Density(const Inclination<T> &o, const Inclination<T> &i) const {
-    if (form_ == LongitudinalForm::Spherical)
-        return Value(o, i);
+    if (IsSpherical())
+        return SphericalValue(o, i);
     return Cut(o).Density(i.Angle()) / std::max(i.cos, std::numeric_limits<T>::min());
 }
 template <typename T>
 Inclination<T> LongitudinalLobe<T>::Sample(const Inclination<T> &o, T u, T v) const {
-    if (form_ == LongitudinalForm::Spherical) {
+    if (IsSpherical()) {
         const SinCosine<T> axis = TiltedBy(o);
         const T psi = 2 * kPi<T> * v;
         const SinCosine<T> theta = TurnFromAxis(SampleMpCosine(u, width_ * width_), std::sin(psi),

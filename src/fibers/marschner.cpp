@@ -135,8 +135,8 @@ std::array<T, 3> Marschner<T>::Azimuthal(int p, T cosThetaD, T phi, T phiH) cons
 
 //> Look at the fiber from one side
 //> Say what depends on the viewer alone
-// share: the chance to sample R, TT, TRT, the diffuse term; by luminance, of light that enters at the viewer's
-// inclination. trt: luminance of TRT without glints.
+// share: the chance to sample R, TT, TRT, the diffuse term; by luminance, of light that enters where most of a lobe is
+// seen. trt: luminance of TRT without glints.
 template <typename T>
 struct Marschner<T>::View {
     FiberAngles<T> angles;
@@ -153,15 +153,16 @@ typename Marschner<T>::View Marschner<T>::ViewOf(const Vector3<T> &wo) const {
     view.o = {view.angles.sinTheta, view.angles.cosTheta};
     view.phiO = std::atan2(view.angles.z, view.angles.y) - kPi<T> / 180 * T(parameters.axis);
     view.etaStar = EtaStar(view.phiO);
-    const SmoothFiber<T> fiber(view.o.cos, eta_);
+    const auto seen = [&](size_t p) { return along_[p].UsualCosThetaD(view.o.cos); };
+    const SmoothFiber<T> fibers[] = {{seen(0), eta_}, {seen(1), eta_}, {seen(2), eta_}};
     const std::array<T, 3> mean = MeanOverWidth<3, T>([&](T gamma) {
         std::array<T, 3> a;
-        for (int p = 0; p < 3; ++p)
-            a[static_cast<size_t>(p)] = Luminance(fiber.Attenuation(p, gamma, sigmaA_, parameters.length));
+        for (size_t p = 0; p < 3; ++p)
+            a[p] = Luminance(fibers[p].Attenuation(static_cast<int>(p), gamma, sigmaA_, parameters.length));
         return a;
     });
     view.trt = mean[2];
-    view.share = {mean[0], mean[1], mean[2] + GlintOf(view.o.cos, view.etaStar).energy, Luminance(kd_)};
+    view.share = {mean[0], mean[1], mean[2] + GlintOf(seen(2), view.etaStar).energy, Luminance(kd_)};
     const T sum = view.share[0] + view.share[1] + view.share[2] + view.share[3];
     for (T &s : view.share)
         s /= sum;

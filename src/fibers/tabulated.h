@@ -78,6 +78,7 @@ class Tabulated {
     FiberValue<T> Evaluate(const Vector3<T> &wo, const Vector3<T> &wi) const;
     // Chooses *wi from four numbers in (0, 1).
     FiberValue<T> Sample(const Vector3<T> &wo, const std::array<T, 4> &u, Vector3<T> *wi) const;
+    const FiberTable *Table() const { return table_; }
 
   private:
     struct Blend { // of levels, for one colour

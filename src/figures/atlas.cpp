@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "figures/sheet.h"
 
 #include <tbb/parallel_for.h>
 
@@ -56,8 +57,9 @@ std::span<const AtlasFault> AtlasFaults() {
         {11, "azimuths wrapped once or not at all", "mended",
          "Gaussian.DetectorIsTheSumOverImages DEon.TheNearestDetectorLosesLightAtPi "
          "HairModel.LogisticAtBetaNOneIsTrimmed"},
-        {12, "one lobe, uniform in azimuth, for all orders from 3 on", "stated",
-         "HairModel.ShareOfTheLastLobe"},
+        {12, "one lobe, uniform in azimuth, for all orders from 3 on", "mended",
+         "HairModel.ShareOfTheLastLobe ChosenLobes.LeaveNoMoreThanTheirShare ChosenLobes.KeepAllLight "
+         "HairModels.ChiangWithAShareForTheTail"},
         {13, "Marschner's cubic in place of Snell's law", "mended",
          "RootMethods.ErrorOfTheCubic RootMethods.PolishedRootsAreExact"},
         {14, "the width of Marschner's caustics grows without bound at eta' = 2", "stated",
@@ -89,7 +91,8 @@ std::span<const AtlasChapter> AtlasChapters() {
         {"azimuthal", "N_p: quadrature, wrapping, caustics", AzimuthalMaps},
         {"paths", "A_p, the last lobe, the cubic, reciprocity of A_p", PathMaps},
         {"sampling", "DemuxFloat, numbers at the ends, curves", SamplingMaps},
-        {"models", "every model over its parameters", ModelMaps},
+        {"roughness", "every model over its roughness", RoughnessMaps},
+        {"models", "every model over its other parameters", ModelMaps},
     });
     return chapters;
 }
@@ -107,7 +110,21 @@ PlotAxis AxisOf(const AtlasAxis &axis) {
     return plot;
 }
 
+// In place of a map.
+PlotPanel NoteOf(const AtlasPanel &panel) {
+    Sheet sheet({0, 0}, {10, 10});
+    double y = 6.2;
+    for (const std::string &line : panel.note)
+        sheet.Letters({0.5, y}, line), y -= 0.8;
+    for (PlotSeries &s : sheet.panel.series)
+        s.width = 0;
+    sheet.panel.title = panel.title;
+    return sheet.panel;
+}
+
 PlotPanel PanelOf(const AtlasMap &map, const AtlasPanel &panel) {
+    if (panel.values.empty())
+        return NoteOf(panel);
     PlotPanel plot;
     plot.kind = PlotKind::HeatMap;
     plot.title = panel.title;
@@ -127,12 +144,14 @@ PlotPanel PanelOf(const AtlasMap &map, const AtlasPanel &panel) {
 Table TableOf(const AtlasMap &map) {
     std::vector<std::string> columns = {map.x.column, map.y.column};
     for (const AtlasPanel &panel : map.panels)
-        columns.push_back(panel.title);
+        if (!panel.values.empty())
+            columns.push_back(panel.title);
     Table table(columns);
     for (size_t i = 0; i < map.x.cells * map.y.cells; ++i) {
         std::vector<Table::Cell> row = {map.x.At(i % map.x.cells), map.y.At(i / map.x.cells)};
         for (const AtlasPanel &panel : map.panels)
-            row.emplace_back(panel.values[i]);
+            if (!panel.values.empty())
+                row.emplace_back(panel.values[i]);
         table.Add(row);
     }
     return table;
@@ -140,41 +159,56 @@ Table TableOf(const AtlasMap &map) {
 
 // Empty for 0.
 std::string FaultNumber(int row) { return row > 0 ? std::to_string(row) : ""; }
+// Empty for what there is not.
+std::string NumberOf(double x, const char *format) { return std::isnan(x) ? "" : Printed(format, x); }
+
+// "1 as published, 2 ours, 3 in double"; what is equal in print, once.
+std::string NumbersOf(const AtlasFinding &f) {
+    const std::string published = NumberOf(f.published, "%.3g"), ours = NumberOf(f.ours, "%.3g"),
+                      inDouble = NumberOf(f.inDouble, "%.3g");
+    std::string text = published.empty() || published == ours ? "" : published + " as published, ";
+    text += ours + (inDouble == ours ? " ours, also in double" : published == ours ? "" : " ours");
+    return text + (inDouble.empty() || inDouble == ours ? "" : ", " + inDouble + " in double");
+}
 
 } // namespace
 
 void WriteAtlasMap(const std::string &folder, const AtlasMap &map) {
     FigureData data{TableOf(map), {}, "", {}};
     data.plot.title = map.title;
-    data.plot.columns = static_cast<int>(map.panels.size() == 4 ? 2 : std::min<size_t>(map.panels.size(), 3));
+    const size_t panels = map.panels.size();
+    data.plot.columns =
+        map.columns > 0 ? map.columns : static_cast<int>(panels == 4 ? 2 : std::min<size_t>(panels, 3));
     data.plot.width = map.panels.size() == 1 ? 800 : 480; // a title needs room
     data.plot.height = 360;
     for (const AtlasPanel &panel : map.panels)
         data.plot.panels.push_back(PanelOf(map, panel));
     std::string caption = "Colour: " + map.quantity + ". White: no finite number.";
+    if (!map.note.empty())
+        caption += " " + map.note;
     for (const AtlasFinding &f : map.findings) {
-        caption += " " + PlainText(f.quantity) + ": " + Printed("%.3g", f.published);
-        if (f.row > 0 || f.ours != f.published)
-            caption += " as published, " + Printed("%.3g", f.ours) + " ours";
+        caption += " " + PlainText(f.quantity) + ": " + NumbersOf(f);
         caption += f.row > 0 ? " (fault " + FaultNumber(f.row) + ")." : ".";
     }
     WriteFigure(folder, map.name, caption, data);
 }
 
 Table AtlasIndex(std::span<const AtlasMap> maps) {
-    Table index({"fault", "what", "map", "quantity", "published", "ours", "state", "tests"});
+    Table index({"fault", "what", "map", "quantity", "published", "ours", "double", "state", "tests"});
+    const auto add = [&index](const AtlasMap &map, const AtlasFinding &f, const std::string &what,
+                              const char *state, const char *tests) {
+        index.Add({FaultNumber(f.row), what, map.name + ".svg", f.quantity, NumberOf(f.published, "%.4g"),
+                   NumberOf(f.ours, "%.4g"), NumberOf(f.inDouble, "%.4g"), state, tests});
+    };
     for (const AtlasFault &fault : AtlasFaults())
         for (const AtlasMap &map : maps)
             for (const AtlasFinding &f : map.findings)
                 if (f.row == fault.row)
-                    index.Add({FaultNumber(f.row), fault.fault, map.name + ".svg", f.quantity,
-                               Printed("%.4g", f.published), Printed("%.4g", f.ours),
-                               f.stated ? "stated" : fault.state, fault.tests});
+                    add(map, f, fault.fault, f.stated ? "stated" : fault.state, fault.tests);
     for (const AtlasMap &map : maps)
         for (const AtlasFinding &f : map.findings)
             if (f.row == 0)
-                index.Add({"", map.title, map.name + ".svg", f.quantity, Printed("%.4g", f.published),
-                           Printed("%.4g", f.ours), "", ""});
+                add(map, f, map.title, "", "");
     return index;
 }
 

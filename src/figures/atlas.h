@@ -8,6 +8,7 @@
 #include "figures/figure.h"
 
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,18 +29,22 @@ struct AtlasAxis {
     double At(size_t i) const;
 };
 
-// One heat map. Values in rows of y. NaN is a cell without a number: white.
+// One heat map. Values in rows of y. NaN is a cell without a number: white. No values: a place without a map; why, says
+// the note, line by line.
 struct AtlasPanel {
     std::string title;
     std::vector<double> values;
+    std::vector<std::string> note = {};
 };
 
-// What a map says of one fault: the same quantity for the method as published and for ours.
+// What a map says of one fault: the same quantity for the method as published, for ours as it renders, and for ours in
+// double precision. NaN: there is none, or it was not measured.
 struct AtlasFinding {
     int row; // of AtlasFaults(), 0: none of them
     std::string quantity;
     double published, ours;
     bool stated = false; // the model's own fault, ours too, though the row as a whole is mended
+    double inDouble = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct AtlasMap {
@@ -50,6 +55,8 @@ struct AtlasMap {
     bool log = true;
     double min, max; // of the colours; values beyond are drawn as these
     std::vector<AtlasFinding> findings;
+    std::string note = ""; // what a reader must know to read it
+    int columns = 0;       // of panels; 0: by their number
 };
 
 // Computes f(x, y) in every cell with all threads.
@@ -89,6 +96,7 @@ std::vector<AtlasMap> LongitudinalMaps(const AtlasOptions &options);
 std::vector<AtlasMap> AzimuthalMaps(const AtlasOptions &options);
 std::vector<AtlasMap> PathMaps(const AtlasOptions &options);
 std::vector<AtlasMap> SamplingMaps(const AtlasOptions &options);
+std::vector<AtlasMap> RoughnessMaps(const AtlasOptions &options);
 std::vector<AtlasMap> ModelMaps(const AtlasOptions &options);
 
 // Writes folder/NAME.csv, .svg and .png of a map.

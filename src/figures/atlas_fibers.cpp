@@ -1,9 +1,10 @@
 #include "figures/atlas_fibers.h"
 
+#include "core/error.h"
 #include "fibers/hair_as_printed.h"
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
-#include "figures/figure.h"
+#include "figures/sheet.h"
 #include "scene/hair_models.h"
 #include "scene/parser.h"
 
@@ -59,13 +60,13 @@ class AsPrinted : public AtlasFiber {
     as_printed::HairBSDF hair_;
 };
 
-// A scene of this one hair material.
-std::string SceneOf(const std::string &model, const FiberInputs &in) {
+// A scene of this one hair material, with parameters of its own.
+std::string SceneOf(const std::string &model, const FiberInputs &in, const std::string &parameters) {
     const auto number = [](double x) { return Printed("%.9g", x); };
     const double shown = in.reflectance < 0 ? in.sigmaA : in.reflectance;
-    std::string own;
+    std::string own = " " + parameters;
     if (model == "tabulated") // fewer rays than a picture takes: noise of a table is no fault of the model
-        own = " \"integer samples\" 1024";
+        own += " \"integer samples\" 1024";
     return "WorldBegin\nMaterial \"hair\" \"string model\" \"" + model + "\" \"float eta\" " +
            number(in.eta) + " \"float beta_m\" " + number(in.betaM) + " \"float beta_n\" " +
            number(in.betaN) + " \"float alpha\" " + number(in.alpha) + " \"rgb " +
@@ -96,16 +97,22 @@ std::shared_ptr<const Material> MaterialOf(const std::string &scene) {
     return made;
 }
 
-// What a scene's material makes, by the model's name.
+// In a frame where the fiber lies along x, met at h.
+BSDF BsdfOf(const Material &material, double h) {
+    SurfaceInteraction si;
+    si.uv = {0.5f, static_cast<float>((1 - h) / 2)}; // of a scene's hair h is 1 - 2 v
+    si.isCurve = true;
+    BSDF bsdf;
+    material.MakeBSDF(si, &bsdf);
+    bsdf.SetFrame({}, {0, 0, 1});
+    return bsdf;
+}
+
+// What a scene's material makes.
 class SceneFiber : public AtlasFiber {
   public:
-    SceneFiber(const std::string &model, const FiberInputs &in) : material_(MaterialOf(SceneOf(model, in))) {
-        SurfaceInteraction si;
-        si.uv = {0.5f, static_cast<float>((in.h + 1) / 2)};
-        si.isCurve = true;
-        material_->MakeBSDF(si, &bsdf_);
-        bsdf_.SetFrame({}, {0, 0, 1});
-    }
+    SceneFiber(const std::string &scene, double h)
+        : material_(MaterialOf(scene)), bsdf_(BsdfOf(*material_, h)) {}
     Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
         float pdf = 0;
         const Spectrum f = bsdf_.FCos(Vector3f(wo), Vector3f(wi), &pdf);
@@ -129,29 +136,81 @@ class SceneFiber : public AtlasFiber {
     BSDF bsdf_;
 };
 
-class InDouble : public AtlasFiber {
+// A model of numbers, here in double. holds: what it looks things up in.
+template <class Model>
+class NumericFiber : public AtlasFiber {
   public:
-    explicit InDouble(const FiberInputs &in) : hair_(ParametersOf(in)) {}
+    NumericFiber(const Model &model, std::shared_ptr<const void> holds)
+        : model_(model), holds_(std::move(holds)) {}
     Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
-        const auto value = hair_.Evaluate(wo, wi);
+        const auto value = model_.Evaluate(wo, wi);
         return {value.fCos, value.pdf};
     }
     Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
-        const auto value = hair_.Sample(wo, u, wi);
+        const auto value = model_.Sample(wo, u, wi);
         return {value.fCos, value.pdf};
     }
 
   private:
-    static HairParameters ParametersOf(const FiberInputs &in) {
-        const auto f = [](double x) { return static_cast<float>(x); };
-        const float sigma =
-            in.reflectance < 0 ? f(in.sigmaA)
-                               : HairBSDF::SigmaAFromReflectance(Spectrum(f(in.reflectance)), f(in.betaN))[0];
-        return {f(in.h),     f(in.eta),   {sigma, sigma, sigma}, f(in.betaM),
-                f(in.betaN), f(in.alpha), ScaleTilt::RootToTip};
-    }
-    HairLobes<double> hair_;
+    Model model_;
+    std::shared_ptr<const void> holds_;
 };
+template <class Model>
+std::unique_ptr<AtlasFiber> Numeric(const Model &model, std::shared_ptr<const void> holds = nullptr) {
+    return std::make_unique<NumericFiber<Model>>(model, std::move(holds));
+}
+
+HairParameters ParametersOf(const FiberInputs &in) {
+    const auto f = [](double x) { return static_cast<float>(x); };
+    const float sigma = in.reflectance < 0
+                            ? f(in.sigmaA)
+                            : HairBSDF::SigmaAFromReflectance(Spectrum(f(in.reflectance)), f(in.betaN))[0];
+    return {f(in.h),     f(in.eta),   {sigma, sigma, sigma}, f(in.betaM),
+            f(in.betaN), f(in.alpha), ScaleTilt::RootToTip};
+}
+
+// Keeps the latest few for those who ask again soon.
+void Hold(const std::shared_ptr<const void> &table) {
+    static std::mutex mutex;
+    static std::deque<std::shared_ptr<const void>> latest;
+    constexpr size_t kKept = 4; // of up to 100 MB each
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (std::find(latest.begin(), latest.end(), table) != latest.end())
+        return;
+    latest.push_back(table);
+    if (latest.size() > kKept)
+        latest.pop_front();
+}
+
+std::array<double, 3> Doubles(const std::array<float, 3> &c) { return {c[0], c[1], c[2]}; }
+
+// What a scene's material makes, with the same parameters in double.
+std::unique_ptr<AtlasFiber> DoubleFiber(const std::string &model, const FiberInputs &in) {
+    const std::shared_ptr<const Material> material = MaterialOf(SceneOf(model, in, ""));
+    const BSDF bsdf = BsdfOf(*material, in.h);
+    const FiberBxDF *fiber = bsdf.Fiber();
+    if (const auto *kajiyaKay = dynamic_cast<const KajiyaKayBSDF *>(fiber)) {
+        const KajiyaKay<float> &m = kajiyaKay->Numeric();
+        return Numeric(KajiyaKay<double>(Doubles(m.kd), Doubles(m.ks), m.exponent));
+    }
+    if (const auto *marschner = dynamic_cast<const MarschnerBSDF *>(fiber))
+        return Numeric(Marschner<double>(marschner->Numeric().parameters));
+    if (const auto *deon = dynamic_cast<const TabulatedDEonBSDF *>(fiber)) {
+        using Table = DEonTableOf<double>;
+        const DEonParameters &p = deon->Numeric().parameters;
+        const std::shared_ptr<const Table> table = Table::Cached(p);
+        Hold(table);
+        return Numeric(DEon<double, Table::View>(p, Table::View(table.get())), table);
+    }
+    if (const auto *tabulated = dynamic_cast<const TabulatedBSDF *>(fiber)) {
+        const FiberTable *table = tabulated->Numeric().Table(); // of a gray fiber: one level of absorption
+        const double sigma = table->Levels()[0];
+        return Numeric(Tabulated<double>(table, {sigma, sigma, sigma}, 0), material);
+    }
+    if (dynamic_cast<const HairBSDF *>(fiber))
+        return Numeric(HairLobes<double>(ParametersOf(in)));
+    throw Error("the atlas does not know the model \"" + model + "\" in double");
+}
 
 // --- measures ---------------------------------------------------------------------------------------------------
 
@@ -183,14 +242,48 @@ void AddTo(Moments *sum, double weight, const Moments &m) {
 
 constexpr double kViewPhi = 0.7; // any
 
+// Gauss's rule between one edge and the next.
+ThetaRule RuleBetween(const std::vector<double> &edges, size_t nodesInAPanel) {
+    const GaussLegendreRule &gauss = GaussLegendre(nodesInAPanel);
+    ThetaRule rule;
+    for (size_t i = 1; i < edges.size(); ++i) {
+        const double half = (edges[i] - edges[i - 1]) / 2;
+        if (half < 1e-9)
+            continue; // two peaks' edges in one place
+        for (size_t k = 0; k < gauss.x.size(); ++k) {
+            rule.theta.push_back(edges[i - 1] + half * (1 + gauss.x[k]));
+            rule.weight.push_back(half * gauss.w[k]);
+        }
+    }
+    return rule;
+}
+
 struct Integrals {
     double energy = 0, bad = 0;
     Moments ofDensity{};
 };
-Integrals Integrate(const AtlasFiber &fiber, const FiberInputs &in, double thetaO) {
-    const ThetaRule rule = MakeThetaRule(LobePeaks(in, thetaO));
+// Where a sphere is integrated over: theta, and how many azimuths.
+struct SphereRule {
+    ThetaRule theta;
+    size_t around;
+};
+SphereRule RuleOfLobes(const FiberInputs &in, double thetaO) {
     const double s = AzimuthalScale(std::clamp(in.betaN, 0.05, 1.));
-    const auto around = static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 96., 700.));
+    return {MakeThetaRule(LobePeaks(in, thetaO)),
+            static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 96., 700.))};
+}
+// What is linear between the middles of a table's cells is integrated from one to the next.
+SphereRule RuleOfTable(double thetaO) {
+    const SphereCells cells = FiberTable::Cells(thetaO);
+    std::vector<double> edges = {-kPiD / 2};
+    for (size_t row = 0; row < cells.rows; ++row)
+        edges.push_back(cells.Theta(row));
+    edges.push_back(kPiD / 2);
+    return {RuleBetween(edges, 3), cells.columns};
+}
+Integrals Integrate(const AtlasFiber &fiber, const SphereRule &sphere, double thetaO) {
+    const ThetaRule &rule = sphere.theta;
+    const size_t around = sphere.around;
     const Vector3d wo = FiberDirection(thetaO, kViewPhi);
     Integrals sum;
     for (size_t i = 0; i < rule.theta.size(); ++i)
@@ -228,17 +321,18 @@ bool IsFarField(const AtlasModel &model) {
     FiberInputs in;
     const Vector3d wo = FiberDirection(0.2, 0), wi = FiberDirection(-0.3, 1);
     in.h = 0.3;
-    const double one = model.At(in)->Evaluate(wo, wi).fCos[1];
+    const double one = model.At(AtlasForm::InFloat, in)->Evaluate(wo, wi).fCos[1];
     in.h = -0.6;
-    return one == model.At(in)->Evaluate(wo, wi).fCos[1];
+    return one == model.At(AtlasForm::InFloat, in)->Evaluate(wo, wi).fCos[1];
 }
 
-double Asymmetry(const AtlasModel &model, FiberInputs in, double thetaO, size_t offsets, size_t pairs) {
+double Asymmetry(const AtlasModel &model, AtlasForm form, FiberInputs in, double thetaO, size_t offsets,
+                 size_t pairs) {
     std::vector<std::unique_ptr<AtlasFiber>> fibers; // at least one
     fibers.reserve(offsets);
     for (size_t k = 0; k < offsets; ++k) {
         in.h = offsets == 1 ? in.h : 2 * (static_cast<double>(k) + 0.5) / static_cast<double>(offsets) - 1;
-        fibers.push_back(model.At(in));
+        fibers.push_back(model.At(form, in));
     }
     const Vector3d wo = FiberDirection(thetaO, kViewPhi);
     double sum = 0, count = 0;
@@ -251,7 +345,7 @@ double Asymmetry(const AtlasModel &model, FiberInputs in, double thetaO, size_t 
             there += fiber->Evaluate(wo, wi).fCos[1] / std::hypot(wi.y, wi.z);
             back += fiber->Evaluate(wi, wo).fCos[1] / std::hypot(wo.y, wo.z);
         }
-        if (!(there + back > 0))
+        if (there + back == 0)
             continue;
         sum += std::abs(there - back) / (there + back);
         ++count;
@@ -261,22 +355,57 @@ double Asymmetry(const AtlasModel &model, FiberInputs in, double thetaO, size_t 
 
 } // namespace
 
-std::vector<AtlasModel> AtlasModels() {
-    std::vector<AtlasModel> models = {{"chiang as printed", [](const std::string &, const FiberInputs &in) {
-                                           return PrintedFiber(in, true);
-                                       }}};
-    for (const std::string_view name : HairModelNames())
-        models.push_back({std::string(name),
-                          [](const std::string &model, const FiberInputs &in) -> std::unique_ptr<AtlasFiber> {
-                              return std::make_unique<SceneFiber>(model, in);
-                          }});
-    models.push_back(
-        {"chiang in double", [](const std::string &, const FiberInputs &in) -> std::unique_ptr<AtlasFiber> {
-             return std::make_unique<InDouble>(in);
-         }});
-    for (AtlasModel &model : models)
-        model.farField = IsFarField(model);
+const std::vector<AtlasModel> &AtlasModels() {
+    // Marschner's and d'Eon's formulas as printed; Kajiya and Kay's two terms have nothing to mend.
+    static const std::vector<AtlasModel> departures = {
+        {"chiang", "Chiang", "", {}},
+        {"marschner",
+         "Marschner",
+         "\"string longitudinal\" \"half-angle\" \"string roots\" \"cubic\" \"string path\" \"printed\"",
+         {}},
+        {"deon",
+         "d'Eon",
+         "\"string longitudinal\" \"printed\" \"integer order\" 35 \"string path\" \"printed\" "
+         "\"bool half_angle_fresnel\" \"true\" \"bool tail\" \"false\"",
+         {}},
+        {"kajiya-kay",
+         "Kajiya and Kay",
+         "",
+         {"The same as ours:", "the two terms of 1989,", "their constants normalised."}},
+        {"tabulated", "Table", "", {"There is none:", "the simulator's table is our own."}, true},
+    };
+    static const std::vector<AtlasModel> models = [] {
+        std::vector<AtlasModel> all;
+        for (const std::string_view name : HairModelNames()) {
+            const auto known = std::find_if(departures.begin(), departures.end(),
+                                            [&](const AtlasModel &m) { return m.name == name; });
+            all.push_back(known != departures.end() ? *known
+                                                    : AtlasModel{.name = std::string(name),
+                                                                 .title = std::string(name),
+                                                                 .parameters = "",
+                                                                 .unpublished = {"Not in the atlas."}});
+            all.back().farField = IsFarField(all.back());
+        }
+        return all;
+    }();
     return models;
+}
+
+std::unique_ptr<AtlasFiber> AtlasModel::At(AtlasForm form, const FiberInputs &inputs) const {
+    switch (form) {
+    case AtlasForm::Published:
+        if (name == "chiang")
+            return PrintedFiber(inputs, true);
+        return std::make_unique<SceneFiber>(SceneOf(name, inputs, parameters), inputs.h);
+    case AtlasForm::InDouble:
+        return DoubleFiber(name, inputs);
+    case AtlasForm::InFloat:
+        break;
+    }
+    return std::make_unique<SceneFiber>(SceneOf(name, inputs, ""), inputs.h);
+}
+std::unique_ptr<AtlasFiber> OurFiber(const FiberInputs &inputs) {
+    return AtlasModels().front().At(AtlasForm::InFloat, inputs);
 }
 
 std::unique_ptr<AtlasFiber> PrintedFiber(const FiberInputs &inputs, bool tiltOnThetaI) {
@@ -319,18 +448,7 @@ ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPane
         if (edge - apart.back() > 0.4 * narrowest || edge == edges.back())
             apart.push_back(edge);
     edges = apart;
-    const GaussLegendreRule &gauss = GaussLegendre(nodesInAPanel);
-    ThetaRule rule;
-    for (size_t i = 1; i < edges.size(); ++i) {
-        const double half = (edges[i] - edges[i - 1]) / 2;
-        if (half < 1e-9)
-            continue; // two peaks' edges in one place
-        for (size_t k = 0; k < gauss.x.size(); ++k) {
-            rule.theta.push_back(edges[i - 1] + half * (1 + gauss.x[k]));
-            rule.weight.push_back(half * gauss.w[k]);
-        }
-    }
-    return rule;
+    return RuleBetween(edges, nodesInAPanel);
 }
 
 std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
@@ -343,9 +461,11 @@ std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
     return peaks;
 }
 
-FiberFaults MeasureFiber(const AtlasModel &model, const FiberInputs &inputs, double thetaO, bool quick) {
-    const std::unique_ptr<AtlasFiber> fiber = model.At(inputs);
-    const Integrals integrals = Integrate(*fiber, inputs, thetaO);
+FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInputs &inputs, double thetaO,
+                         bool quick) {
+    const std::unique_ptr<AtlasFiber> fiber = model.At(form, inputs);
+    const Integrals integrals =
+        Integrate(*fiber, model.cells ? RuleOfTable(thetaO) : RuleOfLobes(inputs, thetaO), thetaO);
     FiberFaults faults{};
     faults.energy = std::abs(integrals.energy - SmoothEnergy(inputs, thetaO, model.farField));
 
@@ -357,25 +477,22 @@ FiberFaults MeasureFiber(const AtlasModel &model, const FiberInputs &inputs, dou
         Vector3d wi;
         const AtlasFiber::Value value = fiber->Sample(wo, EvenlySpread(k), &wi);
         bad += IsBad(value) ? 1 : 0;
-        if (!(value.pdf > 0))
+        if (value.pdf == 0) // NaN goes on, and shows
             continue;
         AddTo(&ofSamples, 1 / static_cast<double>(n),
               MomentsOf(std::atan2(wi.x, std::hypot(wi.y, wi.z)), std::atan2(wi.z, wi.y) - kViewPhi));
         for (const double f : value.fCos)
-            faults.weight = std::max(faults.weight, f / value.pdf);
+            faults.weight = Worst(faults.weight, f / value.pdf);
     }
     faults.bad = std::max(integrals.bad, bad / static_cast<double>(n));
-    for (size_t m = 0; m < ofSamples.size(); ++m) {
-        const double difference = std::abs(ofSamples[m] - integrals.ofDensity[m]);
-        if (!(difference <= faults.disagreement))
-            faults.disagreement = difference;
-    }
-    faults.asymmetry = Asymmetry(model, inputs, thetaO, model.farField ? 1 : 32, quick ? 16 : 48);
+    for (size_t m = 0; m < ofSamples.size(); ++m)
+        faults.disagreement = Worst(faults.disagreement, std::abs(ofSamples[m] - integrals.ofDensity[m]));
+    faults.asymmetry = Asymmetry(model, form, inputs, thetaO, model.farField ? 1 : 32, quick ? 16 : 48);
     return faults;
 }
 
 double EnergyByQuadrature(const AtlasFiber &fiber, const FiberInputs &inputs, double thetaO) {
-    return Integrate(fiber, inputs, thetaO).energy;
+    return Integrate(fiber, RuleOfLobes(inputs, thetaO), thetaO).energy;
 }
 double EnergyBySamples(const AtlasFiber &fiber, double thetaO, size_t n) {
     double sum = 0;

@@ -28,15 +28,27 @@ class AtlasFiber {
     virtual Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const = 0;
 };
 
+// How the atlas has a model: as its paper printed it, in float; ours as scenes have it, in float; ours in double.
+enum class AtlasForm { Published, InFloat, InDouble };
+inline constexpr std::array kAtlasForms = {AtlasForm::Published, AtlasForm::InFloat, AtlasForm::InDouble};
+
+// unpublished: why there is no form of its own as published, in lines; empty if there is one. parameters: those of a scene
+// that make it so, with which it is sampled in our way; the papers before Chiang's give none.
 struct AtlasModel {
-    std::string name;
-    std::unique_ptr<AtlasFiber> (*make)(const std::string &name, const FiberInputs &inputs);
+    std::string name;  // that a scene gives its hair
+    std::string title; // for readers
+    std::string parameters;
+    std::vector<std::string> unpublished;
+    bool cells = false;    // linear from cell to cell of a FiberTable
     bool farField = false; // does not know h
-    std::unique_ptr<AtlasFiber> At(const FiberInputs &inputs) const { return make(name, inputs); }
+    bool Has(AtlasForm form) const { return form != AtlasForm::Published || unpublished.empty(); }
+    // Only of a form that it has.
+    std::unique_ptr<AtlasFiber> At(AtlasForm form, const FiberInputs &inputs) const;
 };
-// Chiang's as Pharr printed it, then every name that a scene may give its hair, then ours in double.
-std::vector<AtlasModel> AtlasModels();
-inline constexpr size_t kPrintedModel = 0, kOurModel = 1; // in this list
+// Every name that a scene may give its hair, the default model first.
+const std::vector<AtlasModel> &AtlasModels();
+// The default model as it renders.
+std::unique_ptr<AtlasFiber> OurFiber(const FiberInputs &inputs);
 
 // Pharr's BSDF with the tilt on theta_i (the text) or theta_o (pbrt-v3's program).
 std::unique_ptr<AtlasFiber> PrintedFiber(const FiberInputs &inputs, bool tiltOnThetaI);
@@ -59,7 +71,7 @@ ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPane
 std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO);
 
 // What goes wrong with one fiber seen from thetaO (radians). The quadrature's own error of the energy is below 1e-6 for
-// lobes that are smooth around the fiber, 3e-5 at the kink of the trimmed logistic for beta_n near 1; samples' moments have
+// lobes that are smooth around the fiber, 3e-5 at the kink of the trimmed logistic for beta_n near 1, tables are integrated from cell to cell; samples' moments have
 // a noise of about 4e-3 (quick: 2e-2).
 struct FiberFaults {
     double bad; // share of values and samples with NaN, infinite or negative numbers
@@ -69,7 +81,8 @@ struct FiberFaults {
     double weight;       // the largest f |cos| / pdf of a sample
     double asymmetry;    // mean of |S - S'| / (S + S'), S' with both directions exchanged, over the width
 };
-FiberFaults MeasureFiber(const AtlasModel &model, const FiberInputs &inputs, double thetaO, bool quick);
+FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInputs &inputs, double thetaO,
+                         bool quick);
 // Its energy in green by quadrature of f, and by the mean of f |cos| / pdf over samples.
 double EnergyByQuadrature(const AtlasFiber &fiber, const FiberInputs &inputs, double thetaO);
 double EnergyBySamples(const AtlasFiber &fiber, double thetaO, size_t n);

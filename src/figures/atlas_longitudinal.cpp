@@ -40,19 +40,20 @@ AtlasMap BesselMap(const AtlasOptions &o) {
     };
     map.panels = FourPanels(map, error);
     // The two faults lie on the two sides of a = 12.
-    double series = 0, logarithm = 0, ours[2] = {0, 0};
+    double series = 0, logarithm = 0, ours[2] = {0, 0}, inDouble[2] = {0, 0};
     for (size_t i = 0; i < map.x.cells * map.y.cells; ++i) {
         const double a = Sqr(std::cos(map.y.At(i / map.x.cells) * kDegree)) / map.x.At(i % map.x.cells);
         double &published = a > 12 ? logarithm : series;
         published = std::max(published, map.panels[0].values[i]);
         ours[a > 12] = std::max(ours[a > 12], map.panels[3].values[i]);
+        inDouble[a > 12] = std::max(inDouble[a > 12], map.panels[2].values[i]);
     }
     // and next to it, which no cell's middle meets
     const double at12 = error(double(), true, 1 / 12., 0), after12 = error(double(), true, 1 / 12.0000001, 0);
-    map.findings = {
-        {1, "largest error of exp(-x) I_0(x) up to x = 12; ours in float", std::max(series, at12), ours[0]},
-        {2, "largest error of exp(-x) I_0(x) beyond x = 12; ours in float", std::max(logarithm, after12),
-         ours[1]}};
+    map.findings = {{1, "largest error of exp(-x) I_0(x) up to x = 12; ours in float", std::max(series, at12),
+                     ours[0], false, inDouble[0]},
+                    {2, "largest error of exp(-x) I_0(x) beyond x = 12; ours in float",
+                     std::max(logarithm, after12), ours[1], false, inDouble[1]}};
     return map;
 }
 
@@ -82,7 +83,8 @@ AtlasMap MassMap(const AtlasOptions &o) {
     });
     map.findings = {
         {3, "largest |E - 1|, double", WorstOf(map.panels[0].values), WorstOf(map.panels[2].values)},
-        {3, "largest |E - 1|, float", WorstOf(map.panels[1].values), WorstOf(map.panels[3].values)}};
+        {3, "largest |E - 1|, float", WorstOf(map.panels[1].values), WorstOf(map.panels[3].values), false,
+         WorstOf(map.panels[2].values)}};
     return map;
 }
 
@@ -103,7 +105,7 @@ AtlasMap PeakMap(const AtlasOptions &o) {
         return RelativeError(static_cast<double>(m), exact);
     });
     map.findings = {{4, "largest error at the peak, float", WorstOf(map.panels[1].values),
-                     WorstOf(map.panels[3].values)}};
+                     WorstOf(map.panels[3].values), false, WorstOf(map.panels[2].values)}};
     return map;
 }
 
@@ -121,8 +123,8 @@ AtlasMap SampledCosineMap(const AtlasOptions &o) {
         const long double exact = -SampleMpCosine(static_cast<long double>(u), static_cast<long double>(v));
         return RelativeError(static_cast<double>(published ? printed : -SampleMpCosine(u, v)), exact);
     });
-    map.findings = {
-        {5, "largest error of 1 - cos, float", WorstOf(map.panels[1].values), WorstOf(map.panels[3].values)}};
+    map.findings = {{5, "largest error of 1 - cos, float", WorstOf(map.panels[1].values),
+                     WorstOf(map.panels[3].values), false, WorstOf(map.panels[2].values)}};
     return map;
 }
 

@@ -1,10 +1,14 @@
-// The atlas: every model that a scene may name, over planes of its parameters. Faults 6, 7, 8, 20, 21 and what is a model's own.
+// The atlas: every model that a scene may name, over planes of its parameters, as published beside ours. Faults 6, 7, 8, 20, 21 and what is a model's own.
 #include "figures/atlas.h"
 #include "figures/atlas_fibers.h"
 
 #include "fibers/hair_model.h"
 
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <array>
+#include <tuple>
 
 namespace cuticle {
 
@@ -19,26 +23,24 @@ struct Plane {
     void (*set)(double x, double y, FiberInputs *in, double *theta);
 };
 
-// beta with 0 as the first cell of its axis, which is one of exponents.
-double OrZero(double beta, const AtlasAxis &axis) {
-    return beta < std::pow(10, axis.low + (axis.high - axis.low) / static_cast<double>(axis.cells)) ? 0
-                                                                                                    : beta;
-}
+// 0 in the first cell of an axis from 10^-5 to 1 of five or ten cells.
+double OrZero(double beta) { return beta < 4e-5 ? 0 : beta; }
 // Cells of one digit each; the last is the end itself.
 constexpr double kLastDigit = 8;
 double NinesOf(double x) { return x >= kLastDigit ? 1 : 1 - std::pow(10, -x); }
 
+// The first is that of the roughness.
 std::vector<Plane> Planes(const AtlasOptions &o) {
-    const size_t n = o.quick ? 5 : 12, m = o.quick ? 5 : 11;
+    const size_t n = o.quick ? 5 : 12, m = o.quick ? 5 : 11, ends = o.quick ? 5 : 10;
     const AtlasAxis theta = {"θ_o (degrees)", "theta_o_deg", -90, 90, m};
     return {
         {"beta-theta",
-         "β_m = β_n",
+         "roughness, along and around alike",
          {"β_m = β_n", "beta", -1.25, 0, n, true},
          theta,
          [](double x, double y, FiberInputs *in, double *t) { in->betaM = in->betaN = x, *t = y; }},
         {"h-theta",
-         "h",
+         "offset across the fiber",
          {"offset h", "h", -1, 1, n},
          theta,
          [](double x, double y, FiberInputs *in, double *t) { in->h = x, *t = y; }},
@@ -59,10 +61,10 @@ std::vector<Plane> Planes(const AtlasOptions &o) {
          [](double x, double y, FiberInputs *in, double *t) { in->sigmaA = x, *t = y; }},
         {"reflectance-beta",
          "reflectance",
-         {"reflectance; below 0.1: 0", "reflectance", 0, 1.2, 12},
+         {"reflectance; first cell: 0", "reflectance", 0, 1.2, o.quick ? size_t(6) : size_t(12)},
          {"β_n", "beta_n", -1.25, 0, m, true},
          [](double x, double y, FiberInputs *in, double *t) {
-             in->reflectance = x < 0.1 ? 0 : x, in->betaN = y, *t = 30;
+             in->reflectance = x < 0.12 ? 0 : x, in->betaN = y, *t = 30;
          }},
         {"edge-sigma",
          "the edge of the fiber",
@@ -87,11 +89,10 @@ std::vector<Plane> Planes(const AtlasOptions &o) {
          }},
         {"smooth",
          "smooth fibers",
-         {"β_m; first cell: 0", "beta_m", -5, 0, 10, true},
-         {"β_n; first cell: 0", "beta_n", -5, 0, 10, true},
+         {"β_m; first cell: 0", "beta_m", -5, 0, ends, true},
+         {"β_n; first cell: 0", "beta_n", -5, 0, ends, true},
          [](double x, double y, FiberInputs *in, double *t) {
-             const AtlasAxis axis = {"", "", -5, 0, 10, true};
-             in->betaM = OrZero(x, axis), in->betaN = OrZero(y, axis), *t = 30;
+             in->betaM = OrZero(x), in->betaN = OrZero(y), *t = 30;
          }},
     };
 }
@@ -101,13 +102,21 @@ struct Measure {
     double FiberFaults::*value;
     bool log;
     double min, max;
+    const char *note = "";
 };
+constexpr const char *kAgainstSmooth =
+    "Against the light that leaves a smooth fiber of the same index and "
+    "absorption, the only one whose energy is "
+    "known exactly; the table is of a rough one with tilted scales, which keep light inside for longer.";
+constexpr const char *kSampledOurWay =
+    "The papers of 1989, 2003 and 2011 give no way to sample: these models are sampled in ours.";
 constexpr std::array kMeasures = std::to_array<Measure>({
     {"bad", "NaN, infinite and negative values", "share of values", &FiberFaults::bad, false, 0, 1},
-    {"energy", "Energy", "energy error", &FiberFaults::energy, true, 1e-7, 1},
+    {"energy", "Energy", "energy error", &FiberFaults::energy, true, 1e-7, 1, kAgainstSmooth},
     {"disagreement", "Samples against density", "difference of moments", &FiberFaults::disagreement, true,
-     1e-4, 1},
-    {"weight", "Worst weight of a sample", "f |cos| / pdf", &FiberFaults::weight, true, 1e-2, 1e2},
+     1e-4, 1, kSampledOurWay},
+    {"weight", "Worst weight of a sample", "f |cos| / pdf", &FiberFaults::weight, true, 1e-2, 1e2,
+     kSampledOurWay},
     {"reciprocity", "Non-reciprocity", "mean |S - S'| / (S + S')", &FiberFaults::asymmetry, true, 1e-4, 1},
 });
 
@@ -130,22 +139,67 @@ int FaultOf(const std::string &plane, const std::string &measure) {
                                                      : 0;
 }
 
-std::vector<AtlasMap> MapsOfPlane(const Plane &plane, const std::vector<AtlasModel> &models, bool quick) {
-    // All measures of a cell come from one visit to it.
-    std::vector<std::vector<FiberFaults>> faults;
-    for (const AtlasModel &model : models) {
-        faults.emplace_back(plane.x.cells * plane.y.cells);
-        std::vector<FiberFaults> &of = faults.back();
-        AtlasAxis cell = {"", "", 0, static_cast<double>(of.size()), of.size()};
-        FillMap(cell, {"", "", 0, 1, 1}, [&](double i, double) {
-            const auto at = static_cast<size_t>(i);
-            FiberInputs in;
-            double theta = 0;
-            plane.set(plane.x.At(at % plane.x.cells), plane.y.At(at / plane.x.cells), &in, &theta);
-            of[at] = MeasureFiber(model, in, theta * kDegree, quick);
-            return 0.;
-        });
+// A cell of a plane.
+struct Cell {
+    FiberInputs in;
+    double theta = 0;
+    // First by what tables are made of, so that cells in order share them.
+    auto Key() const {
+        return std::tie(in.eta, in.sigmaA, in.reflectance, in.betaN, in.betaM, in.alpha, in.h, theta);
     }
+    bool operator<(const Cell &other) const { return Key() < other.Key(); }
+    bool operator==(const Cell &other) const { return Key() == other.Key(); }
+};
+std::vector<Cell> CellsOf(const Plane &plane) {
+    std::vector<Cell> cells(plane.x.cells * plane.y.cells);
+    for (size_t i = 0; i < cells.size(); ++i)
+        plane.set(plane.x.At(i % plane.x.cells), plane.y.At(i / plane.x.cells), &cells[i].in,
+                  &cells[i].theta);
+    return cells;
+}
+
+// All measures of a cell come from one visit to it, for all forms of the model.
+using FaultsOfForms = std::array<FiberFaults, kAtlasForms.size()>;
+std::vector<FaultsOfForms> MeasureCells(const AtlasModel &model, std::vector<Cell> cells, bool quick) {
+    if (model.farField) // one visit for all h
+        for (Cell &cell : cells)
+            cell.in.h = 0;
+    std::vector<Cell> different = cells;
+    std::sort(different.begin(), different.end());
+    different.erase(std::unique(different.begin(), different.end()), different.end());
+    std::vector<FaultsOfForms> measured(different.size());
+    tbb::parallel_for(size_t(0), different.size(), [&](size_t i) {
+        for (size_t form = 0; form < kAtlasForms.size(); ++form)
+            if (model.Has(kAtlasForms[form]))
+                measured[i][form] = MeasureFiber(model, kAtlasForms[form], different[i].in,
+                                                 different[i].theta * kDegree, quick);
+    });
+    std::vector<FaultsOfForms> faults;
+    faults.reserve(cells.size());
+    for (const Cell &cell : cells)
+        faults.push_back(measured[static_cast<size_t>(
+            std::lower_bound(different.begin(), different.end(), cell) - different.begin())]);
+    return faults;
+}
+
+// What a map of this measure says of one model.
+AtlasFinding FindingOf(const AtlasModel &model, int fault, const char *quantity,
+                       std::span<const AtlasPanel> forms) {
+    AtlasFinding f{model.name == "chiang" ? fault : 0, model.title + ", worst " + quantity, NAN,
+                   WorstOf(forms[1].values)};
+    if (model.Has(AtlasForm::Published))
+        f.published = WorstOf(forms[0].values);
+    f.inDouble = WorstOf(forms[2].values);
+    return f;
+}
+
+std::vector<AtlasMap> MapsOfPlane(const Plane &plane, bool quick) {
+    constexpr std::array kTitles = {": as published, float", ": ours, float", ": ours, double"};
+    const std::vector<AtlasModel> &models = AtlasModels();
+    std::vector<std::vector<FaultsOfForms>> faults;
+    faults.reserve(models.size());
+    for (const AtlasModel &model : models)
+        faults.push_back(MeasureCells(model, CellsOf(plane), quick));
     std::vector<AtlasMap> maps;
     for (const Measure &measure : kMeasures) {
         if (!IsMeasured(plane, measure))
@@ -154,21 +208,23 @@ std::vector<AtlasMap> MapsOfPlane(const Plane &plane, const std::vector<AtlasMod
         map.name = std::string("model-") + plane.name + "-" + measure.name;
         map.title = std::string(measure.title) + ": " + plane.title;
         map.quantity = measure.quantity;
+        map.note = measure.note;
         map.x = plane.x, map.y = plane.y;
         map.log = measure.log, map.min = measure.min, map.max = measure.max;
+        map.columns = static_cast<int>(kAtlasForms.size());
         for (size_t m = 0; m < models.size(); ++m) {
-            AtlasPanel panel{models[m].name, {}};
-            for (const FiberFaults &f : faults[m])
-                panel.values.push_back(f.*measure.value);
-            map.panels.push_back(std::move(panel));
-        }
-        const double printed = WorstOf(map.panels[kPrintedModel].values);
-        map.findings.push_back({FaultOf(plane.name, measure.name),
-                                std::string("chiang, worst ") + measure.quantity, printed,
-                                WorstOf(map.panels[kOurModel].values)});
-        for (size_t m = kOurModel + 1; m < models.size(); ++m) {
-            const double worst = WorstOf(map.panels[m].values);
-            map.findings.push_back({0, models[m].name + ", worst " + measure.quantity, worst, worst});
+            const size_t first = map.panels.size();
+            for (size_t form = 0; form < kAtlasForms.size(); ++form) {
+                AtlasPanel panel{models[m].title + kTitles[form], {}};
+                if (!models[m].Has(kAtlasForms[form]))
+                    panel = {models[m].title + ": as published", {}, models[m].unpublished};
+                else
+                    for (const FaultsOfForms &f : faults[m])
+                        panel.values.push_back(f[form].*measure.value);
+                map.panels.push_back(std::move(panel));
+            }
+            map.findings.push_back(FindingOf(models[m], FaultOf(plane.name, measure.name), measure.quantity,
+                                             std::span(map.panels).subspan(first)));
         }
         maps.push_back(std::move(map));
     }
@@ -184,7 +240,6 @@ AtlasMap FurnaceMap(const AtlasOptions &o) {
     map.y = {"α (degrees)", "alpha_deg", 0, 10, o.quick ? size_t(5) : size_t(15)};
     map.min = 1e-7, map.max = 1;
     const double theta = 60 * kDegree;
-    const AtlasModel ours = AtlasModels()[kOurModel];
     const auto at = [](double beta, double alpha) {
         FiberInputs in;
         in.betaM = beta, in.alpha = alpha;
@@ -203,10 +258,10 @@ AtlasMap FurnaceMap(const AtlasOptions &o) {
                  })},
         {"ours, sampled", FillMap(map.x, map.y,
                                   [&](double b, double a) {
-                                      return std::abs(EnergyBySamples(*ours.At(at(b, a)), theta, 2000) - 1);
+                                      return std::abs(EnergyBySamples(*OurFiber(at(b, a)), theta, 2000) - 1);
                                   })},
         {"ours, integrated", FillMap(map.x, map.y, [&](double b, double a) {
-             return std::abs(EnergyByQuadrature(*ours.At(at(b, a)), at(b, a), theta) - 1);
+             return std::abs(EnergyByQuadrature(*OurFiber(at(b, a)), at(b, a), theta) - 1);
          })}};
     map.findings = {
         {21, "largest |E - 1| that a sampled furnace sees", WorstOf(map.panels[0].values),
@@ -217,11 +272,15 @@ AtlasMap FurnaceMap(const AtlasOptions &o) {
 
 } // namespace
 
+std::vector<AtlasMap> RoughnessMaps(const AtlasOptions &options) {
+    return MapsOfPlane(Planes(options).front(), options.quick);
+}
+
 std::vector<AtlasMap> ModelMaps(const AtlasOptions &options) {
-    const std::vector<AtlasModel> models = AtlasModels();
     std::vector<AtlasMap> maps = {FurnaceMap(options)};
-    for (const Plane &plane : Planes(options))
-        for (AtlasMap &map : MapsOfPlane(plane, models, options.quick))
+    const std::vector<Plane> planes = Planes(options);
+    for (size_t i = 1; i < planes.size(); ++i)
+        for (AtlasMap &map : MapsOfPlane(planes[i], options.quick))
             maps.push_back(std::move(map));
     return maps;
 }

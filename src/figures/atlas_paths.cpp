@@ -1,4 +1,5 @@
 // The atlas: what is lost on the way through the fiber. Faults 7, 8, 9, 12, 13, 16.
+#include "fibers/deon.h"
 #include "fibers/hair.h"
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
@@ -76,7 +77,7 @@ AtlasMap EdgeMap(const AtlasOptions &) {
     };
     map.panels = FourPanels(map, error);
     map.findings = {{7, "largest error of A_3, float (inf: NaN)", WorstOf(map.panels[1].values),
-                     WorstOf(map.panels[3].values)}};
+                     WorstOf(map.panels[3].values), false, WorstOf(map.panels[2].values)}};
     return map;
 }
 
@@ -107,31 +108,49 @@ AtlasMap GrazingMap(const AtlasOptions &o) {
     const auto wrapped = static_cast<double>(std::abs(WrapAngle(static_cast<float>(stuck))));
     map.findings = {
         {8, "largest relative error of A_1, float", WorstOf(map.panels[1].values),
-         WorstOf(map.panels[3].values)},
+         WorstOf(map.panels[3].values), false, WorstOf(map.panels[2].values)},
         {8, "an angle from which on the wrapping loop never ends; what ours makes of it", stuck, wrapped}};
     return map;
 }
 
 AtlasMap LastLobeMap(const AtlasOptions &o) {
     AtlasMap map;
-    map.name = "last-lobe", map.title = "Orders from 3 on, which one uniform lobe stands for";
+    map.name = "last-lobe",
+    map.title = "Orders without a lobe of their own, which one uniform lobe stands for";
     map.quantity = "share of all light";
     map.x = {"θ_o (degrees)", "theta_o_deg", 0, 90, Cells(o)};
     map.y = {"absorption σ_a", "sigma_a", -3, 1, Cells(o), true};
     map.min = 1e-6, map.max = 1;
-    map.panels = {{"as published, and ours", FillMap(map.x, map.y, [](double theta, double sigma) {
-                       const SmoothFiber<double> fiber(std::cos(theta * kDegree), kEta);
-                       const std::array<double, 3> s = {sigma, sigma, sigma};
-                       const auto mean = MeanOverWidth<40, double>([&](double gamma) {
-                           return std::array<double, 3>{
-                               fiber.Tail(3, gamma, s, SegmentLength::Chord)[0],
-                               fiber.Tail(1, gamma, s, SegmentLength::Chord)[0],
-                               fiber.Attenuation(0, gamma, s, SegmentLength::Chord)[0]};
-                       });
-                       return mean[0] / (mean[1] + mean[2]);
-                   })}};
+    // The mean over the width, where lobesAt(h, sigma, cos theta) orders have a lobe.
+    const auto share = [](const auto &lobesAt) {
+        return [=](double theta, double sigma) {
+            const double cosTheta = std::cos(theta * kDegree);
+            const SmoothFiber<double> fiber(cosTheta, kEta);
+            const std::array<double, 3> s = {sigma, sigma, sigma};
+            const auto mean = MeanOverWidth<40, double>([&](double gamma) {
+                const int lobes = lobesAt(std::sin(gamma), sigma, cosTheta);
+                return std::array<double, 3>{fiber.Tail(lobes, gamma, s, SegmentLength::Chord)[0],
+                                             fiber.Tail(1, gamma, s, SegmentLength::Chord)[0],
+                                             fiber.Attenuation(0, gamma, s, SegmentLength::Chord)[0]};
+            });
+            return mean[0] / (mean[1] + mean[2]);
+        };
+    };
+    constexpr double kTailShare = 0.01;
+    const auto three = [](double, double, double) { return 3; };
+    const auto chosen = [](double h, double sigma, double cosTheta) {
+        DEonParameters p;
+        p.lobes = 16;
+        p.h = static_cast<float>(h);
+        p.sigmaA.fill(static_cast<float>(sigma));
+        return ChosenLobes<double>(p, kTailShare).LobesAt(cosTheta);
+    };
+    map.panels = {{"as published, and ours: three lobes", FillMap(map.x, map.y, share(three))},
+                  {"ours, a hundredth for the tail: up to 16 lobes", FillMap(map.x, map.y, share(chosen))}};
     const double worst = WorstOf(map.panels[0].values);
-    map.findings = {{12, "largest share of orders from 3 on", worst, worst}};
+    map.findings = {{12, "largest share of orders from 3 on, the default", worst, worst, true},
+                    {12, "largest share of orders without a lobe, tail_share 0.01", worst,
+                     WorstOf(map.panels[1].values)}};
     return map;
 }
 

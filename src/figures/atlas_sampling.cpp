@@ -80,7 +80,6 @@ AtlasMap CornersMap(const AtlasOptions &o) {
         }
         return without / 16.;
     };
-    const AtlasModel ours = AtlasModels()[kOurModel];
     const auto at = [](double n, double m) {
         FiberInputs in;
         in.betaN = n, in.betaM = m, in.sigmaA = 0.1;
@@ -89,7 +88,7 @@ AtlasMap CornersMap(const AtlasOptions &o) {
     map.panels = {
         {"published",
          FillMap(map.x, map.y, [&](double n, double m) { return share(*PrintedFiber(at(n, m), false)); })},
-        {"ours", FillMap(map.x, map.y, [&](double n, double m) { return share(*ours.At(at(n, m))); })}};
+        {"ours", FillMap(map.x, map.y, [&](double n, double m) { return share(*OurFiber(at(n, m))); })}};
     map.findings = {{22, "largest share of corners without a density", WorstOf(map.panels[0].values),
                      WorstOf(map.panels[1].values)}};
     return map;
@@ -115,7 +114,6 @@ AtlasMap RoundTripMap(const AtlasOptions &o) {
         }
         return off;
     };
-    const AtlasModel ours = AtlasModels()[kOurModel];
     const auto at = [](double n) {
         FiberInputs in;
         in.betaN = n;
@@ -124,7 +122,7 @@ AtlasMap RoundTripMap(const AtlasOptions &o) {
     map.panels = {
         {"published",
          FillMap(map.x, map.y, [&](double n, double t) { return worst(*PrintedFiber(at(n), false), t); })},
-        {"ours", FillMap(map.x, map.y, [&](double n, double t) { return worst(*ours.At(at(n)), t); })}};
+        {"ours", FillMap(map.x, map.y, [&](double n, double t) { return worst(*OurFiber(at(n)), t); })}};
     map.findings = {{19, "largest error of a white fiber's weight", WorstOf(map.panels[0].values),
                      WorstOf(map.panels[1].values)}};
     return map;

@@ -155,14 +155,7 @@ class BSDF {
     // True if light sampling can contribute.
     bool HasNonSpecular() const;
     bool IsHair() const { return std::holds_alternative<HairBSDF>(model_) || Fiber(); }
-    // f times |cos theta_i| and the density of Sample_f, for world directions of unit length.
-    Spectrum FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const;
-    // Chooses a direction; weight = f |cos| / pdf. False where there is none.
-    bool Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSample *sample,
-                  Spectrum *weight) const;
-
-  private:
-    // The model of a fiber, if it is another than HairBSDF, which is asked first and without indirection: else null.
+    // The model of a fiber; null for everything else.
     const FiberBxDF *Fiber() const {
         return std::visit(
             [](const auto &model) -> const FiberBxDF * {
@@ -173,11 +166,18 @@ class BSDF {
             },
             model_);
     }
+    // f times |cos theta_i| and the density of Sample_f, for world directions of unit length.
+    Spectrum FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const;
+    // Chooses a direction; weight = f |cos| / pdf. False where there is none.
+    bool Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSample *sample,
+                  Spectrum *weight) const;
+
+  private:
     Frame frame_;
     Normal3f n_;
     Spectrum scale_{1};
     std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF, MarschnerBSDF, DEonBSDF,
-                 TabulatedDEonBSDF, TabulatedBSDF>
+                 TabulatedDEonBSDF, ChosenLobesBSDF, TabulatedBSDF>
         model_;
 };
 

@@ -192,11 +192,22 @@ class MarschnerMaterial : public Material {
 };
 
 // How many orders have a lobe of their own.
+constexpr int kMostLobesOfAScene = 16;
 int LobesOf(const ParamSet &params, int otherwise) {
     const int lobes = params.FindInt("lobes", otherwise);
-    if (lobes < 1 || lobes > 16)
+    if (lobes < 1 || lobes > kMostLobesOfAScene)
         throw Error(params.Find("lobes")->loc, "\"lobes\" must be 1 to 16, not " + std::to_string(lobes));
     return lobes;
+}
+
+// How many nodes the quadrature around the fiber has; 0: as many as the roughness asks for.
+int OrderOf(const ParamSet &params) {
+    const int order = params.FindInt("order", 0);
+    if (order < 0 || order > static_cast<int>(kMostNodes))
+        throw Error(params.Find("order")->loc, "\"order\" must be 1 to " + std::to_string(kMostNodes) +
+                                                   ", or 0 for as many nodes as the widths ask for, not " +
+                                                   std::to_string(order));
+    return order;
 }
 
 // "deon". Own parameters, degrees of theta_i + theta_o: alpha_R ..., beta_R ...; around the fiber azimuth_R ...; lobes,
@@ -207,13 +218,15 @@ class DEonMaterial : public Material {
   public:
     DEonMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &)
         : color_(params, textures), shape_(params, textures), angles_(params, textures, 1) {
-        constexpr std::array<std::string_view, 3> kForms = {"spherical", "full-angle", "half-angle"},
-                                                  kEvaluations = {"auto", "table", "quadrature"};
+        constexpr std::array<std::string_view, 4> kForms = {"spherical", "full-angle", "half-angle",
+                                                            "printed"};
+        constexpr std::array<std::string_view, 3> kEvaluations = {"auto", "table", "quadrature"};
         constexpr std::array<std::string_view, 2> kInclinations = {"half-difference", "viewer"},
                                                   kDetectors = {"wrapped", "nearest"},
                                                   kFields = {"far", "near"};
         constexpr LongitudinalForm kFormOf[] = {LongitudinalForm::Spherical, LongitudinalForm::FullAngle,
-                                                LongitudinalForm::HalfAngle};
+                                                LongitudinalForm::HalfAngle, LongitudinalForm::Printed};
+        choices_.order = OrderOf(params);
         choices_.lobes = LobesOf(params, choices_.lobes);
         choices_.tail = params.FindBool("tail", true);
         choices_.halfAngleFresnel = params.FindBool("half_angle_fresnel", false);
@@ -342,14 +355,17 @@ class TabulatedMaterial : public Material {
     std::shared_ptr<const FiberTable> table_;
 };
 
-// "chiang" with another number of lobes of their own than the paper's three: the same model in general code, which is
-// slower. eta below 1.001 is taken as that.
+// "chiang" with another number of lobes of their own than the paper's three, or with "tail_share": as many as leave no more
+// than this share of the light to the uniform lobe. The same model in general code, which is slower. eta below 1.001 is
+// taken as that.
 class ManyLobesMaterial : public Material {
   public:
     ManyLobesMaterial(const ParamSet &params, const TextureTable &textures, const MaterialOptions &options,
                       int lobes)
         : color_(params, textures), shape_(params, textures), sign_(options.compatPbrtV3 ? -1.f : 1.f) {
         choices_.lobes = lobes;
+        if (params.Find("tail_share"))
+            tailShare_ = params.FindFloat("tail_share", 0);
         choices_.detector = AzimuthalDetector::Logistic;
         choices_.inclination = AttenuationInclination::Viewer;
     }
@@ -366,7 +382,10 @@ class ManyLobesMaterial : public Material {
             p.betaN[i] = AzimuthalWidth(betaN);
             p.alpha[i] = -sign_ * kTiltInAlpha[i] * shape_.alpha->Evaluate(point);
         }
-        bsdf->SetFiber<DEonBSDF>(p);
+        if (tailShare_)
+            bsdf->SetFiber<ChosenLobesBSDF>(p, *tailShare_);
+        else
+            bsdf->SetFiber<DEonBSDF>(p);
     }
 
   private:
@@ -374,11 +393,13 @@ class ManyLobesMaterial : public Material {
     HairShape shape_;
     float sign_;
     DEonParameters choices_;
+    std::optional<float> tailShare_;
 };
 
 std::unique_ptr<Material> MakeChiang(const ParamSet &p, const TextureTable &t, const MaterialOptions &o) {
-    const int lobes = LobesOf(p, HairBSDF::pMax);
-    if (lobes == HairBSDF::pMax)
+    const bool chosen = p.Find("tail_share") != nullptr;
+    const int lobes = LobesOf(p, chosen ? kMostLobesOfAScene : HairBSDF::pMax);
+    if (lobes == HairBSDF::pMax && !chosen)
         return std::make_unique<HairMaterial>(p, t, o);
     return std::make_unique<ManyLobesMaterial>(p, t, o, lobes);
 }
@@ -411,7 +432,7 @@ constexpr Range kRanges[] = {
     {"delta_h_M", 0, 2},        {"beta_R", 0, 1e3},
     {"beta_TT", 0, 1e3},        {"beta_TRT", 0, 1e3},
     {"azimuth_R", 0, 1e3},      {"azimuth_TT", 0, 1e3},
-    {"azimuth_TRT", 0, 1e3},
+    {"azimuth_TRT", 0, 1e3},    {"tail_share", 0, 1},
 };
 
 // Textures are clamped where they are looked up, and nothing is said of them.

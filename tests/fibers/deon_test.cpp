@@ -295,6 +295,10 @@ TEST(DEon, SamplesFollowThePdf) {
         p.inclination = AttenuationInclination::Viewer, p.lobes = 7, p.sigmaA = {0, 0.01f, 0.1f};
     });
     add(0.2, [](auto &p) { p.longitudinal = LongitudinalForm::FullAngle, p.sigmaA = {20, 20, 20}; });
+    add(0.4, [](auto &p) {
+        p.longitudinal = LongitudinalForm::Printed, p.order = 35, p.betaM = {30, 25, 40},
+        p.betaN = {20, 25, 30};
+    });
     uint64_t seed = 30;
     for (const auto &[p, theta] : cases)
         ExpectSamplesFollow(DEonBSDF(p), ReferenceOf(p), p, theta, ++seed,
@@ -314,6 +318,101 @@ TEST(DEonTable, SamplesFollowThePdf) {
         };
         ExpectSamplesFollow(bsdf, reference, p, theta, 77, 0.005);
     }
+}
+
+// An order of 35 is the published rule; its I_0 of eleven terms is right for wide lobes and loses narrow ones.
+TEST(DEon, AsPublished) {
+    DEonParameters p = Fiber(25, 10, 0.2f);
+    p.order = 35;
+    const DEonQuadrature<double> n(p);
+    const auto fiber = n.At(std::cos(0.5));
+    for (const double phi : {0., 1., 2.5}) {
+        const double whole = n.ByFixedOrder(1, fiber, phi, 35, false)[0];
+        EXPECT_NEAR(n.Value(1, fiber, phi).n[0], whole, 1e-12) << phi;
+    }
+    const Inclination<double> o{std::sin(0.3), std::cos(0.3)}, i{std::sin(-0.25), std::cos(-0.25)};
+    const auto ratio = [&](double degrees) {
+        return LongitudinalLobe<double>(LongitudinalForm::Printed, degrees * kDegree, 0.02).Value(o, i) /
+               LongitudinalLobe<double>(LongitudinalForm::Spherical, degrees * kDegree, 0.02).Value(o, i);
+    };
+    std::printf("M_p as printed over ours, double: %.6f at 30 degrees, %.2e at 8\n", ratio(30), ratio(8));
+    EXPECT_NEAR(ratio(30), 1, 1e-6);
+    EXPECT_LT(ratio(8), 1e-3);
+    // sinh(1/v) overflows in float below v = 0.0113, a width of 6.1 degrees, and exp(sin^2 theta / v) soon after.
+    const auto peak = [](float width, float theta) {
+        const Inclination<float> view{std::sin(theta), std::cos(theta)}, mirror{-view.sin, view.cos};
+        return LongitudinalLobe<float>(LongitudinalForm::Printed, width, 0).Value(view, mirror);
+    };
+    EXPECT_EQ(peak(0.1f, 0.3f), 0);
+    EXPECT_TRUE(std::isnan(peak(0.05f, 0.9f)));
+}
+
+// --- lobes by the light ---------------------------------------------------------------------------------------------
+
+DEonParameters NearFiber(float h, float sigmaA) {
+    DEonParameters p = Fiber(12, 15, sigmaA);
+    p.betaM = {12, 6, 24};
+    p.lobes = 16, p.h = h, p.inclination = AttenuationInclination::Viewer;
+    return p;
+}
+
+// What orders beyond the lobes hold, from the geometric series itself: no more than the share, and one lobe fewer would leave
+// more. Black hair takes one lobe, white hair all of them toward grazing.
+TEST(ChosenLobes, LeaveNoMoreThanTheirShare) {
+    const double share = 0.01;
+    int fewest = 99, most = 0;
+    for (const float sigmaA : {0.f, 0.05f, 0.5f, 3.f, 40.f})
+        for (const float h : {-0.95f, 0.f, 0.6f})
+            for (const double degrees : {0., 45., 75., 88.}) {
+                const int lobes =
+                    ChosenLobes<double>(NearFiber(h, sigmaA), share).LobesAt(std::cos(degrees * kDegree));
+                fewest = std::min(fewest, lobes), most = std::max(most, lobes);
+                const SmoothFiber<double> fiber(std::cos(degrees * kDegree), NearFiber(h, sigmaA).eta);
+                const double gamma = std::asin(static_cast<double>(h));
+                const auto light = [&](int p) {
+                    return fiber.Attenuation(p, gamma, {sigmaA, sigmaA, sigmaA}, SegmentLength::Chord)[0];
+                };
+                double all = 0, beyond = 0, beyondFewer = 0;
+                for (int p = 0; p < 3000; ++p) {
+                    all += light(p);
+                    beyond += p >= lobes ? light(p) : 0;
+                    beyondFewer += p >= lobes - 1 ? light(p) : 0;
+                }
+                if (lobes < 16) {
+                    EXPECT_LE(beyond, share * all * (1 + 1e-9)) << sigmaA << " " << h << " " << degrees;
+                }
+                EXPECT_LE(beyond, 0.0238 * all); // (1 - F) F^15 at most
+                if (lobes > 1) {
+                    EXPECT_GT(beyondFewer, share * all) << sigmaA << " " << h << " " << degrees;
+                }
+            }
+    EXPECT_EQ(fewest, 1);
+    EXPECT_EQ(most, 16);
+}
+
+// White hair returns all light, integrated and sampled, whatever number of lobes it takes.
+TEST(ChosenLobes, KeepAllLight) {
+    for (const double theta : {0.2, -1.2, 1.5}) {
+        const DEonParameters p = NearFiber(0.4f, 0);
+        const ChosenLobes<double> model(p, 0.01);
+        const laws::Reference reference = [&](const Vector3d &wo, const Vector3d &wi) {
+            return model.Evaluate(wo, wi);
+        };
+        const double energy =
+            laws::OverSphere(reference, laws::Direction(theta, 0.6), PeaksOf(p, theta)).energy[0];
+        std::printf("%d lobes at theta %.1f: energy %.7f\n", model.LobesAt(std::cos(theta)), theta, energy);
+        EXPECT_NEAR(energy, 1, 1e-6) << theta;
+        Vector3d wi;
+        for (const double u : {0.01, 0.3, 0.6, 0.97}) {
+            const FiberValue<double> value = model.Sample(laws::Direction(theta, 0.6), {u, 0.3, u, 0.7}, &wi);
+            EXPECT_NEAR(value.fCos[0] / value.pdf, 1, 1e-9) << u;
+        }
+    }
+    DEonParameters far = NearFiber(0, 0), noTail = far;
+    far.h.reset(), noTail.tail = false;
+    EXPECT_THROW(ChosenLobesBSDF(far, 0.01f), Error);
+    EXPECT_THROW(ChosenLobesBSDF(noTail, 0.01f), Error);
+    EXPECT_THROW(ChosenLobesBSDF(NearFiber(0, 0), std::numeric_limits<float>::quiet_NaN()), Error);
 }
 
 TEST(DEon, BadInput) {

@@ -100,32 +100,130 @@ TEST(Atlas, Cliffs) {
     EXPECT_LE(FindingsOf(17)[0].published, 0);
     EXPECT_GT(FindingsOf(17)[0].ours, 0);
     EXPECT_NEAR(FindingsOf(16)[0].ours, 0.49, 0.01);
-    EXPECT_GT(FindingsOf(12)[0].ours, 0.1); // stated: ours has it too
+    EXPECT_GT(FindingsOf(12)[0].ours, 0.1); // stated: ours has it too, unless lobes are chosen by the light
+    EXPECT_TRUE(FindingsOf(12)[0].stated);
+    EXPECT_LE(FindingsOf(12)[1].ours, 0.025); // of 16 lobes: (1 - F) F^15 is at most 0.0238
 }
 
-// Every model that a scene may name is measured; none of ours gives NaN, and white hair by Chiang's returns all light.
+const AtlasModel &ModelOf(const std::string &name) {
+    for (const AtlasModel &model : AtlasModels())
+        if (model.name == name)
+            return model;
+    throw std::runtime_error(name);
+}
+
+// Every model that a scene may name is measured, ours in float and in double and as published where that is another; none
+// of ours gives NaN, and white hair by Chiang's returns all light.
 TEST(Atlas, EveryModelIsMeasured) {
-    const std::vector<AtlasModel> models = AtlasModels();
-    ASSERT_EQ(models.size(), HairModelNames().size() + 2);
-    FiberInputs in;
-    for (size_t m = 0; m < models.size(); ++m) {
-        const FiberFaults faults = MeasureFiber(models[m], in, 1.2, true);
-        std::printf("%s: bad %.3g, energy off %.3g, samples off %.3g, weight %.3g, asymmetry %.3g\n",
-                    models[m].name.c_str(), faults.bad, faults.energy, faults.disagreement, faults.weight,
-                    faults.asymmetry);
-        EXPECT_EQ(faults.bad, 0) << models[m].name;
-        if (m == kPrintedModel) {
-            EXPECT_GT(faults.energy, 1e-3);
-            EXPECT_GT(faults.disagreement, 0.04);
-        } else {
-            EXPECT_LT(faults.disagreement, 0.03) << models[m].name; // 1024 samples
+    ASSERT_EQ(AtlasModels().size(), HairModelNames().size());
+    EXPECT_EQ(AtlasModels().front().name, "chiang");
+    const FiberInputs in;
+    for (const AtlasModel &model : AtlasModels())
+        for (const AtlasForm form : kAtlasForms) {
+            if (!model.Has(form))
+                continue;
+            const FiberFaults faults = MeasureFiber(model, form, in, 1.2, true);
+            std::printf("%s, %s: bad %.3g, energy off %.3g, samples off %.3g, weight %.3g, asymmetry %.3g\n",
+                        model.name.c_str(),
+                        form == AtlasForm::Published ? "as published"
+                        : form == AtlasForm::InFloat ? "ours"
+                                                     : "ours in double",
+                        faults.bad, faults.energy, faults.disagreement, faults.weight, faults.asymmetry);
+            EXPECT_EQ(faults.bad, 0) << model.name;
+            if (model.name == "chiang" && form == AtlasForm::Published) {
+                EXPECT_GT(faults.energy, 1e-3);
+                EXPECT_GT(faults.disagreement, 0.04);
+            } else {
+                EXPECT_LT(faults.disagreement, 0.03) << model.name; // 1024 samples
+            }
         }
+    for (const char *published : {"chiang", "marschner", "deon"})
+        EXPECT_TRUE(ModelOf(published).Has(AtlasForm::Published)) << published;
+}
+
+// At the edge of a clear fiber Pharr's formulas give NaN, and at a roughness of 0.08 d'Eon's do, in float; ours not.
+TEST(Atlas, PublishedModelsGiveNoNumbersWhereOursDo) {
+    const auto bad = [](const char *name, AtlasForm form, const FiberInputs &in) {
+        return MeasureFiber(ModelOf(name), form, in, 0.5, true).bad;
+    };
+    FiberInputs edge, narrow;
+    edge.h = 1;
+    narrow.betaM = narrow.betaN = 0.08;
+    EXPECT_GT(bad("chiang", AtlasForm::Published, edge), 0.5);
+    EXPECT_GT(bad("deon", AtlasForm::Published, narrow), 0.5);
+    for (const AtlasForm form : {AtlasForm::InFloat, AtlasForm::InDouble}) {
+        EXPECT_EQ(bad("chiang", form, edge), 0);
+        EXPECT_EQ(bad("deon", form, narrow), 0);
     }
-    EXPECT_LT(MeasureFiber(models[kOurModel], in, 0.5, true).energy, 1e-6);
-    // At the edge of a clear fiber the printed formulas give NaN.
-    in.h = 1;
-    EXPECT_GT(MeasureFiber(models[kPrintedModel], in, 0.5, true).bad, 0.5);
-    EXPECT_EQ(MeasureFiber(models[kOurModel], in, 0.5, true).bad, 0);
+}
+
+// The energy of white fibers, by form: as published Marschner's is doubled, which is fault 15, and d'Eon's lacks what the
+// short series of I_0 takes; ours have only what the models themselves lose.
+TEST(Atlas, PublishedModelsMissTheEnergyOfOurs) {
+    const auto miss = [](const char *name, AtlasForm form) {
+        return MeasureFiber(ModelOf(name), form, {}, 0.2, true).energy;
+    };
+    for (const auto form : {AtlasForm::InFloat, AtlasForm::InDouble}) {
+        EXPECT_LT(miss("chiang", form), 1e-6);
+        EXPECT_LT(miss("marschner", form), 0.05);
+        EXPECT_LT(miss("deon", form), 0.01);
+        EXPECT_LT(miss("tabulated", form), 2e-3);
+    }
+    EXPECT_NEAR(miss("marschner", AtlasForm::Published), 1, 0.1);
+    EXPECT_GT(miss("deon", AtlasForm::Published), 0.2);
+}
+
+// A viewer along the fiber sees R alone at its own inclination, and the other lobes beside it: their samples would weigh
+// hundreds of times too much if lobes were chosen by the former.
+TEST(Atlas, WeightsAreSmallAlongTheFiber) {
+    for (const auto &[name, bound] : {std::pair{"marschner", 8.}, {"deon", 4.}, {"chiang", 1.01}})
+        for (const double beta : {0.1, 0.3, 0.6}) {
+            FiberInputs in;
+            in.betaM = in.betaN = beta;
+            const auto fiber = ModelOf(name).At(AtlasForm::InFloat, in);
+            double worst = 0;
+            for (const double degrees : {85., 88., 89.5, 89.99})
+                for (size_t k = 0; k < 4000; ++k) {
+                    Vector3d wi;
+                    const AtlasFiber::Value value =
+                        fiber->Sample(FiberDirection(degrees * kPi<double> / 180, 0.7), EvenlySpread(k), &wi);
+                    worst = std::max(worst, value.fCos[1] / value.pdf);
+                }
+            std::printf("%s, beta %.1f: a sample seen from along the fiber weighs at most %.2f\n", name, beta,
+                        worst);
+            EXPECT_LT(worst, bound) << name << " " << beta;
+        }
+}
+
+// Ours in float is ours in double but for rounding: for the same directions, which are numbers of float. A direction is
+// known to 2^-24, and the narrowest lobe here, TT at a roughness of 0.1, is 0.04 wide: its flanks change by
+// 2^-24 / 0.04, the sums of a model by up to three times that, and by more only Marschner's density, which is infinite at
+// caustics.
+TEST(Atlas, FloatAgreesWithDouble) {
+    for (const AtlasModel &model : AtlasModels())
+        for (const double beta : {0.1, 0.3, 0.8})
+            for (const double thetaO : {-0.4, 1.2}) {
+                FiberInputs in;
+                in.betaM = in.betaN = beta, in.sigmaA = 0.2;
+                const auto inFloat = model.At(AtlasForm::InFloat, in),
+                           exact = model.At(AtlasForm::InDouble, in);
+                const Vector3d wo = Vector3d(Vector3f(FiberDirection(thetaO, 0.7)));
+                const size_t n = 500;
+                double value = 0, pdf = 0; // means of relative differences
+                for (size_t k = 0; k < n; ++k) {
+                    Vector3d wi;
+                    ASSERT_GT(exact->Sample(wo, EvenlySpread(k), &wi).pdf, 0) << model.name;
+                    wi = Vector3d(Vector3f(wi));
+                    const AtlasFiber::Value a = inFloat->Evaluate(wo, wi), b = exact->Evaluate(wo, wi);
+                    value += std::abs(a.fCos[1] - b.fCos[1]) / b.fCos[1] / n;
+                    pdf += std::abs(a.pdf - b.pdf) / b.pdf / n;
+                }
+                std::printf(
+                    "%s, beta %.1f, theta_o %.1f: float off by %.1e of the value, %.1e of the density\n",
+                    model.name.c_str(), beta, thetaO, value, pdf);
+                EXPECT_LT(value, 5e-6) << model.name;
+                EXPECT_LT(pdf, 2e-5) << model.name;
+            }
 }
 
 const std::vector<AtlasMap> &QuickAzimuthalMaps() {

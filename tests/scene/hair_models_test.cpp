@@ -84,6 +84,17 @@ TEST(HairModels, ChiangWithMoreLobes) {
     EXPECT_THROW(HairOf("\"integer lobes\" 17"), Error);
 }
 
+// A share for the tail of 1 leaves one lobe, one of 0 all that there are. Beyond 1 is taken as 1.
+TEST(HairModels, ChiangWithAShareForTheTail) {
+    const auto with = [](const std::string &parameters) {
+        return Value("\"rgb sigma_a\" [0.02 0.02 0.02] " + parameters).y();
+    };
+    EXPECT_EQ(with("\"float tail_share\" 1"), with("\"integer lobes\" 1"));
+    EXPECT_EQ(with("\"float tail_share\" 0"), with("\"integer lobes\" 16"));
+    EXPECT_EQ(with("\"float tail_share\" 0 \"integer lobes\" 5"), with("\"integer lobes\" 5"));
+    EXPECT_EQ(with("\"float tail_share\" 7"), with("\"float tail_share\" 1"));
+}
+
 // Eccentric fibers need the direction that their strands carry; round ones look the same from all sides.
 TEST(HairModels, EccentricFibersAskForTheStrandsAxis) {
     const auto valueAt = [](const std::string &parameters, const Vector3f &axis) {

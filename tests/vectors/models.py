@@ -100,6 +100,12 @@ def normalised(shares):
     return [x / sum(shares) for x in shares]
 
 
+def seen_from(theta_o, width):
+    """The inclination at which our renderer weighs the light of a lobe of this width for the older models: the viewer's, but
+    for one along the fiber half a width beside the axis, where most of the lobe is seen."""
+    return mp.acos(max(mp.cos(theta_o), min(width / 2, mpf(1))))
+
+
 def choose(shares, u):
     """The lobe that u picks, what of u is left within it, in [0, 1), and how near u lies to another lobe."""
     below, nearest, lobe, rest = mpf(0), mpf(1), None, None
@@ -441,8 +447,9 @@ class Marschner:
 
     def energies(self, theta_o, phi_o):
         """R, TT, TRT without glints (means over the width by three nodes), the glints, the diffuse term, in luminance."""
-        means = mean_over_width(lambda h: [luminance(self.attenuation(p, h, theta_o)) for p in range(3)], 3)
-        return means + [2 * luminance(Glint(self, theta_o, self.eta_star(phi_o)).power), luminance(self.kd)]
+        seen = [seen_from(theta_o, 2 * beta) for beta in self.beta]
+        means = mean_over_width(lambda h: [luminance(self.attenuation(p, h, seen[p])) for p in range(3)], 3)
+        return means + [2 * luminance(Glint(self, seen[2], self.eta_star(phi_o)).power), luminance(self.kd)]
 
     def shares(self, theta_o, phi_o):
         return self.shares_of(self.energies(theta_o, phi_o))
@@ -567,10 +574,12 @@ class DEon:
 
     def shares(self, theta_o):
         """Of luminance; far field: means over the width by four nodes, of the tail by sixteen."""
-        if self.h is not None:
-            return normalised([luminance(self.attenuation(p, self.h, theta_o)) for p in self.all_lobes()])
-        return normalised([luminance(mean_over_width(lambda h, q=p: self.attenuation(q, h, theta_o), 16 if p == self.lobes else 4))
-                           for p in self.all_lobes()])
+        def light(p):
+            seen = seen_from(theta_o, self.beta_m[min(p, 2)])
+            if self.h is not None:
+                return luminance(self.attenuation(p, self.h, seen))
+            return luminance(mean_over_width(lambda h: self.attenuation(p, h, seen), 16 if p == self.lobes else 4))
+        return normalised([light(p) for p in self.all_lobes()])
 
     def evaluate(self, theta_o, theta_i, phi):
         """f |cos| in red, green, blue, and the density per solid angle."""
