@@ -481,7 +481,7 @@ const StrandColors *Scene::StrandColorsOf(uint32_t group, uint32_t segment) cons
 }
 
 bool Scene::Part::Intersect(Ray ray, const CurveOrigin *origin, Hit *hit) const {
-    const bool hitSolid = haveSolids && solids.Intersect(ray, &hit->solid);
+    const bool hitSolid = haveSolids && solids.Meet(ray, &hit->solid);
     if (hitSolid)
         ray.tMax = hit->solid.t;
     hit->isCurve = haveCurves && (binaryCurves ? binaryCurves->Intersect(ray, origin, &hit->curve)
@@ -533,7 +533,7 @@ void Scene::Describe(const Part &part, const Ray &ray, const Part::Hit &hit, Sur
             si->strandNormal = StrandNormal(segment, part.strandNormals[curve.segment], curve.u, s.tangent);
         return;
     }
-    const SolidHit &solid = hit.solid;
+    const SolidHit solid = part.solids.Describe(hit.solid);
     si->p = solid.p;
     si->pError = solid.pError;
     si->n = solid.n;

@@ -84,7 +84,7 @@ class Scene {
         struct Hit {
             bool isCurve = false;
             CurveHit curve;
-            SolidHit solid;
+            SolidPoint solid;
             float T() const { return isCurve ? curve.t : solid.t; }
         };
         bool Intersect(Ray ray, const CurveOrigin *origin, Hit *hit) const;

@@ -233,10 +233,11 @@ Bounds3f Curve::WorldBound() const {
 namespace {
 //> Find the direction of the curve, also where it stands still
 // Control points that fall together stop the curve at its end; its direction there is that of a point close by.
-Vector3d TangentAt(const Vector3d cp[4], double u, const Vector3d &rayDirection) {
-    Vector3d d;
+// d: the derivative at u.
+Vector3d TangentAt(const Vector3d cp[4], double u, Vector3d d, const Vector3d &rayDirection) {
     for (const double toMiddle : {0., 1e-3, 0.5}) {
-        EvalBezier(cp, Lerp(toMiddle, u, 0.5), &d);
+        if (toMiddle > 0)
+            EvalBezier(cp, Lerp(toMiddle, u, 0.5), &d);
         if (d.LengthSquared() > 1e-30 * (cp[3] - cp[0]).LengthSquared() && d.LengthSquared() > 0)
             return Normalize(d);
     }
@@ -259,7 +260,7 @@ CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const
     const Vector3d z = Normalize(Vector3d(ray.d));
     Vector3d dpdu;
     const Vector3d center = EvalBezier(cp, u, &dpdu);
-    const Vector3d tangent = TangentAt(cp, u, z);
+    const Vector3d tangent = TangentAt(cp, u, dpdu, z);
 
     //> Span the axes across the curve
     // back: away from the viewer; side: toward growing v. With the tangent they form a frame.

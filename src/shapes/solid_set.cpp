@@ -73,7 +73,7 @@ struct Mesh {
         });
     }
     // The interpolated vertex normal, or zero where there is none.
-    Vector3d ShadingNormal(uint32_t triangle, const double b[3]) const {
+    Vector3d ShadingNormal(uint32_t triangle, const Vector3d &b) const {
         if (mesh.n.empty())
             return {};
         const uint32_t *v = Corners(triangle);
@@ -83,7 +83,7 @@ struct Mesh {
         return length > 0 && std::isfinite(length) ? n / length : Vector3d();
     }
     // Of a point with these barycentric coordinates.
-    Vector3d Point(uint32_t triangle, const double b[3]) const {
+    Vector3d Point(uint32_t triangle, const Vector3d &b) const {
         const uint32_t *v = Corners(triangle);
         return P(v[0]) * b[0] + P(v[1]) * b[1] + P(v[2]) * b[2];
     }
@@ -95,7 +95,7 @@ struct Mesh {
                 uv[i] = {static_cast<double>(corner.x), static_cast<double>(corner.y)};
             }
     }
-    Vector2<double> UV(uint32_t triangle, const double b[3]) const {
+    Vector2<double> UV(uint32_t triangle, const Vector3d &b) const {
         Vector2<double> uv[3];
         CornerUVs(triangle, uv);
         return uv[0] * b[0] + uv[1] * b[1] + uv[2] * b[2];
@@ -427,7 +427,7 @@ struct Quadric {
 // For callbacks: the geometry's own record beside where the nearest hit goes.
 struct HitContext {
     RTCIntersectContext base; // first, so that Embree's pointer is ours
-    Vector3d pObject;
+    Vector3d p;               // as in SolidPoint
     double t = 0;
 };
 
@@ -459,7 +459,7 @@ void QuadricIntersect(const RTCIntersectFunctionNArguments *args) {
     rayHit->hit.geomID = args->geomID;
     rayHit->hit.primID = 0;
     rayHit->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    context->pObject = p;
+    context->p = p;
     context->t = t;
 }
 
@@ -478,24 +478,18 @@ void QuadricOccluded(const RTCOccludedFunctionNArguments *args) {
 // Where a ray meets the plane of a triangle, and the barycentric coordinates there, in double.
 struct PlaneHit {
     double t;
-    double b[3];
-    Vector3d areaNormal;
+    Vector3d b;
 };
 PlaneHit MeetPlane(const Mesh &mesh, uint32_t triangle, const Ray &ray) {
     const uint32_t *v = mesh.Corners(triangle);
     const Vector3d p0 = mesh.P(v[0]), e1 = mesh.P(v[1]) - p0, e2 = mesh.P(v[2]) - p0;
     const Vector3d o(ray.o), d(ray.d), s = o - p0, n = Cross(e1, e2);
-    PlaneHit hit{};
-    hit.areaNormal = n;
     const double det = -Dot(d, n);
-    hit.t = Dot(s, n) / det;
     const Vector3d q = Cross(s, d);
     const double b1 = Dot(e2, q) / det, b2 = -Dot(e1, q) / det;
     // Embree decides who owns a point on an edge; here the point is only kept inside.
-    hit.b[1] = std::clamp(b1, 0., 1.);
-    hit.b[2] = std::clamp(b2, 0., 1. - hit.b[1]);
-    hit.b[0] = 1 - hit.b[1] - hit.b[2];
-    return hit;
+    const double inside1 = std::clamp(b1, 0., 1.), inside2 = std::clamp(b2, 0., 1. - inside1);
+    return {Dot(s, n) / det, {1 - inside1 - inside2, inside1, inside2}};
 }
 
 // Embree finds t in single precision, with an error that grows with the triangle and its thinness. A
@@ -514,12 +508,19 @@ void MeshFilter(const RTCFilterFunctionNArguments *args) {
         args->valid[0] = 0;
         return;
     }
-    if (!mesh->alpha)
-        return;
-    const Vector2<double> uv = mesh->UV(triangle, hit.b);
-    if (!mesh->alpha(Point3f(mesh->Point(triangle, hit.b)),
-                     {static_cast<float>(uv.x), static_cast<float>(uv.y)}, Shadow))
-        args->valid[0] = 0;
+    if (mesh->alpha) {
+        const Vector2<double> uv = mesh->UV(triangle, hit.b);
+        if (!mesh->alpha(Point3f(mesh->Point(triangle, hit.b)),
+                         {static_cast<float>(uv.x), static_cast<float>(uv.y)}, Shadow)) {
+            args->valid[0] = 0;
+            return;
+        }
+    }
+    if constexpr (!Shadow) { // what is accepted is the nearest so far
+        auto *context = reinterpret_cast<HitContext *>(args->context);
+        context->p = hit.b;
+        context->t = hit.t;
+    }
 }
 
 struct Geometry {
@@ -850,7 +851,7 @@ void SolidSet::Commit() {
     impl_->committed = true;
 }
 
-bool SolidSet::Intersect(const Ray &ray, SolidHit *hit) const {
+bool SolidSet::Meet(const Ray &ray, SolidPoint *point) const {
     if (!impl_->Query(ray))
         return false;
     HitContext context;
@@ -864,46 +865,58 @@ bool SolidSet::Intersect(const Ray &ray, SolidHit *hit) const {
     rtcIntersect1(impl_->scene, &context.base, &rayHit);
     if (rayHit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return false;
+    const bool exact = std::isfinite(context.t) && impl_->geometries[rayHit.hit.geomID].mesh;
+    *point = {exact ? static_cast<float>(context.t) : rayHit.ray.tfar, rayHit.hit.geomID, rayHit.hit.primID,
+              context.p};
+    return true;
+}
 
-    const Geometry &geometry = impl_->geometries[rayHit.hit.geomID];
-    hit->shapeId = geometry.shapeId;
-    hit->geometryId = rayHit.hit.geomID;
+SolidHit SolidSet::Describe(const SolidPoint &point) const {
+    SolidHit hit;
+    const Geometry &geometry = impl_->geometries[point.geometryId];
+    hit.t = point.t;
+    hit.shapeId = geometry.shapeId;
+    hit.geometryId = point.geometryId;
     if (geometry.quadric) {
-        hit->primId = 0;
-        hit->t = rayHit.ray.tfar;
-        geometry.quadric->FillHit(context.pObject, hit);
-        return true;
+        geometry.quadric->FillHit(point.p, &hit);
+        return hit;
     }
 
     const Mesh &mesh = *geometry.mesh;
-    const uint32_t triangle = rayHit.hit.primID;
-    const PlaneHit plane = MeetPlane(mesh, triangle, ray);
-    hit->primId = mesh.original.empty() ? triangle : mesh.original[triangle];
-    hit->t = std::isfinite(plane.t) ? static_cast<float>(plane.t) : rayHit.ray.tfar;
+    const uint32_t triangle = point.triangle;
+    const Vector3d &b = point.p;
+    hit.primId = mesh.original.empty() ? triangle : mesh.original[triangle];
     const uint32_t *v = mesh.Corners(triangle);
     const Vector3d p0 = mesh.P(v[0]), p1 = mesh.P(v[1]), p2 = mesh.P(v[2]);
-    const Vector3d p = p0 * plane.b[0] + p1 * plane.b[1] + p2 * plane.b[2];
-    hit->p = Point3f(p);
-    hit->pError = RoundingError(p);
+    const Vector3d p = p0 * b[0] + p1 * b[1] + p2 * b[2];
+    hit.p = Point3f(p);
+    hit.pError = RoundingError(p);
 
-    const Vector3d ns = mesh.ShadingNormal(triangle, plane.b);
-    const Vector3d n = mesh.OrientedNormal(plane.areaNormal, ns);
-    hit->n = Normal3f(n);
-    hit->ns = ns.LengthSquared() > 0 ? Normal3f(ns) : hit->n;
+    const Vector3d ns = mesh.ShadingNormal(triangle, b);
+    hit.n = Normal3f(mesh.OrientedNormal(mesh.AreaNormal(triangle), ns));
+    hit.ns = ns.LengthSquared() > 0 ? Normal3f(ns) : hit.n;
 
     Vector2<double> uv[3];
     mesh.CornerUVs(triangle, uv);
-    const Vector2<double> uvHit = uv[0] * plane.b[0] + uv[1] * plane.b[1] + uv[2] * plane.b[2];
-    hit->uv = {static_cast<float>(uvHit.x), static_cast<float>(uvHit.y)};
+    const Vector2<double> uvHit = uv[0] * b[0] + uv[1] * b[1] + uv[2] * b[2];
+    hit.uv = {static_cast<float>(uvHit.x), static_cast<float>(uvHit.y)};
     const Vector2<double> duv02 = uv[0] - uv[2], duv12 = uv[1] - uv[2];
     const Vector3d dp02 = p0 - p2, dp12 = p1 - p2;
     const double det = duv02.x * duv12.y - duv02.y * duv12.x;
     const Vector3d dpdu = (dp02 * duv12.y - dp12 * duv02.y) / det,
                    dpdv = (dp12 * duv02.x - dp02 * duv12.x) / det;
-    hit->dpdu = Vector3f(dpdu);
-    hit->dpdv = Vector3f(dpdv);
-    if (!(Cross(dpdu, dpdv).LengthSquared() > 0) || !IsFinite(hit->dpdu) || !IsFinite(hit->dpdv))
-        CoordinateSystem(hit->n, &hit->dpdu, &hit->dpdv);
+    hit.dpdu = Vector3f(dpdu);
+    hit.dpdv = Vector3f(dpdv);
+    if (!(Cross(dpdu, dpdv).LengthSquared() > 0) || !IsFinite(hit.dpdu) || !IsFinite(hit.dpdv))
+        CoordinateSystem(hit.n, &hit.dpdu, &hit.dpdv);
+    return hit;
+}
+
+bool SolidSet::Intersect(const Ray &ray, SolidHit *hit) const {
+    SolidPoint point;
+    if (!Meet(ray, &point))
+        return false;
+    *hit = Describe(point);
     return true;
 }
 
@@ -968,8 +981,8 @@ bool SolidSet::Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample
     float u0;
     const auto triangle = static_cast<uint32_t>(mesh.byArea->SampleDiscrete(u.x, nullptr, &u0));
     const Point2f b = UniformSampleTriangle({u0, u.y});
-    const double bary[3] = {static_cast<double>(b.x), static_cast<double>(b.y),
-                            1 - static_cast<double>(b.x) - static_cast<double>(b.y)};
+    const Vector3d bary = {static_cast<double>(b.x), static_cast<double>(b.y),
+                           1 - static_cast<double>(b.x) - static_cast<double>(b.y)};
     const uint32_t *v = mesh.Corners(triangle);
     const Vector3d p = mesh.P(v[0]) * bary[0] + mesh.P(v[1]) * bary[1] + mesh.P(v[2]) * bary[2];
     sample->p = Point3f(p);

@@ -37,6 +37,14 @@ struct SolidHit {
     uint32_t primId = 0;     // triangle of the mesh, counted as in its indices; 0 for quadrics
 };
 
+// What a ray met, as far as it need be known while something nearer may still be found: SolidSet::Describe does the rest.
+struct SolidPoint {
+    float t = 0;
+    uint32_t geometryId = 0;
+    uint32_t triangle = 0; // of the mesh as it is stored
+    Vector3d p;            // of a quadric: in object space. Of a triangle: barycentric coordinates
+};
+
 // A point on a surface. pdf is per unit area, or per unit solid angle where a reference point was given.
 struct ShapeSample {
     Point3f p;
@@ -86,7 +94,9 @@ class SolidSet {
     void Commit();
 
     // The nearest hit with t in (ray.tMin, ray.tMax). A ray with a NaN or without a direction meets nothing.
-    bool Intersect(const Ray &ray, SolidHit *hit) const;
+    bool Meet(const Ray &ray, SolidPoint *point) const;
+    SolidHit Describe(const SolidPoint &point) const;
+    bool Intersect(const Ray &ray, SolidHit *hit) const; // Meet and Describe
     bool Occluded(const Ray &ray) const;
     Bounds3f WorldBound() const; // empty without shapes
     size_t Geometries() const;
