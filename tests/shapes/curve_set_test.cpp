@@ -113,6 +113,34 @@ TEST(CurveSet, ManyIdenticalCurvesBuild) {
     EXPECT_GT(hits, 20u);
 }
 
+// Half of all splits would part one curve from the rest, were it not for the limit of the depth. Each curve stands alone
+// in its direction from the origin, at a distance that may be any.
+TEST(CurveSet, CurvesOfEveryScaleAreMet) {
+    Random random(6);
+    std::vector<CurveSegment> segments;
+    for (int i = 0; i < 8000; ++i) {
+        const float scale = std::pow(10.f, random(-12, 17));
+        const Point3f middle = Point3f() + random.Direction() * scale;
+        const Vector3f along = random.Direction() * (0.01f * scale);
+        CurveSegment s;
+        for (size_t k = 0; k < 4; ++k)
+            s.cp[k] = middle + along * (static_cast<float>(k) - 1.5f);
+        s.width[0] = s.width[1] = 0.001f * scale;
+        segments.push_back(s);
+    }
+    const CurveSet set(segments, {});
+    for (size_t i = 0; i < segments.size(); i += 41) { // each meets the capsules of all that are much smaller
+        const Point3f &a = segments[i].cp[1], &b = segments[i].cp[2];
+        Ray ray;
+        ray.d = Vector3f((a + b) * 0.5f);
+        ray.tMin = 0.5f; // curves much nearer may stand before it
+        CurveHit hit;
+        ASSERT_TRUE(set.Intersect(ray, nullptr, &hit)) << i;
+        EXPECT_LT(hit.t, 1.001f);
+        EXPECT_TRUE(set.Occluded(ray, nullptr));
+    }
+}
+
 // The plain recursion over all segments, one after another, says the same.
 TEST(CurveSet, AgreesWithEverySegmentAlone) {
     const std::vector<CurveSegment> s = Tuft(120);
