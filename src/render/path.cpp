@@ -130,21 +130,25 @@ Spectrum PathIntegrator::SampleLight(const SurfaceInteraction &si, const BSDF &b
     if (index < 0 || !scene.LightAt(index).Sample_Li(si.p, u, &light) || !(light.pdf > 0) ||
         light.L.IsBlack())
         return {};
+    //> Ask whether the light arrives, of hair before anything else
+    SceneRay shadow = scene.SpawnRay(si, light.wi);
+    shadow.ray.tMax = light.distance;
+    const auto isBlocked = [&] {
+        ++counts.shadowRays;
+        return scene.Occluded(shadow);
+    };
+    const bool hair = bsdf.IsHair();
+    if (hair && isBlocked())
+        return {};
+    //<
     //> Weigh the light's sample against BSDF sampling
     float bsdfPdf = 0;
     const Spectrum f = bsdf.FCos(si.wo, light.wi, &bsdfPdf);
-    if (f.IsBlack())
+    if (f.IsBlack() || (!hair && isBlocked()))
         return {};
     const float pdf = choice * light.pdf;
     // Nothing but light sampling finds a delta light.
     const float weight = light.delta ? 1 : PowerHeuristic(pdf, bsdfPdf);
-    //<
-    //> Trace the shadow ray last: it costs the most
-    ++counts.shadowRays;
-    SceneRay shadow = scene.SpawnRay(si, light.wi);
-    shadow.ray.tMax = light.distance;
-    if (scene.Occluded(shadow))
-        return {};
     return f * light.L * (weight / pdf);
     //<
 }

@@ -254,14 +254,13 @@ CUTICLE_INLINE bool Start(const Tree &tree, const Query &q, Traveller *r) {
     //> Round its frame to whole numbers
     const double *const axes[3] = {r->x, r->y, r->z};
     for (int i = 0; i < 3; ++i) {
-        uint32_t whole[3];
-        for (int c = 0; c < 3; ++c) {
-            const double x = kAxisUnits * axes[i][c];
-            whole[c] = static_cast<uint32_t>(static_cast<int32_t>(x + __builtin_copysign(0.5, x)));
-        }
-        r->pairs[i][0] = static_cast<int32_t>((whole[0] & 0xffff) | whole[1] << 16);
-        r->pairs[i][1] = static_cast<int32_t>(whole[2] & 0xffff);
-        r->pairs[i][2] = static_cast<int32_t>(whole[2] << 16);
+        // made positive, as conversion cuts off what follows the point
+        const Double4 units =
+            Double4{axes[i][0], axes[i][1], axes[i][2], 0} * kAxisUnits + (kAxisUnits + 0.5);
+        const Pack<4>::I whole = __builtin_convertvector(units, Pack<4>::I) - kAxisUnits;
+        r->pairs[i][0] = (whole[0] & 0xffff) | (whole[1] & 0xffff) << 16;
+        r->pairs[i][1] = whole[2] & 0xffff;
+        r->pairs[i][2] = (whole[2] & 0xffff) << 16;
     }
     //<
 
