@@ -113,7 +113,7 @@ TEST(CurveSet, ManyIdenticalCurvesBuild) {
     EXPECT_GT(hits, 20u);
 }
 
-// Half of all splits would part one curve from the rest, were it not for the limit of the depth. Each curve stands alone
+// Splits by place part few curves from the rest here, again and again; the depth must stay bounded. Each curve stands alone
 // in its direction from the origin, at a distance that may be any.
 TEST(CurveSet, CurvesOfEveryScaleAreMet) {
     Random random(6);
