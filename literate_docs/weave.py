@@ -29,10 +29,10 @@ LITERATE = [
     "src/shapes/curve.*",
     "src/shapes/curve_set*",
     "src/core/sampling.*",
-    "src/scene/hair_material.*",
+    "src/materials/hair_material.*",
     "src/render/path.*",
     "src/render/integrator.*",
-    "src/render/compare.*",
+    "src/images/compare.*",
 ]
 CHAPTERS = "literate_docs/[0-9][0-9]-*.md"
 

@@ -14,13 +14,16 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 # room: the rooms it may include besides itself
 ROOMS = {
     "core": set(),
+    "images": {"core"},
     "fibers": {"core"},
     "shapes": {"core"},
     "grooms": {"core"},
-    "scene": {"core", "fibers", "shapes", "grooms"},
-    "render": {"core", "fibers", "shapes", "grooms", "scene"},
-    "figures": {"core", "fibers", "shapes", "grooms", "scene", "render"},
-    "cli": {"core", "fibers", "shapes", "grooms", "scene", "render", "figures"},
+    "parser": {"core", "shapes"},
+    "materials": {"core", "images", "fibers", "shapes", "parser"},
+    "scene": {"core", "images", "fibers", "shapes", "grooms", "parser", "materials"},
+    "render": {"core", "images", "fibers", "shapes", "grooms", "parser", "materials", "scene"},
+    "figures": {"core", "images", "fibers", "shapes", "grooms", "parser", "materials", "scene", "render"},
+    "cli": {"core", "images", "fibers", "shapes", "grooms", "parser", "materials", "scene", "render", "figures"},
 }
 
 

@@ -116,8 +116,8 @@ class LiterateCheck(unittest.TestCase):
 
     def test_every_literate_place_is_looked_at(self):
         for path in ("src/fibers/lanes/b.cpp", "src/shapes/curve.h", "src/shapes/curve_set_build.cpp",
-                     "src/core/sampling.cpp", "src/scene/hair_material.h", "src/render/path.cpp",
-                     "src/render/integrator.h", "src/render/compare.cpp"):
+                     "src/core/sampling.cpp", "src/materials/hair_material.h", "src/render/path.cpp",
+                     "src/render/integrator.h", "src/images/compare.cpp"):
             with self.subTest(path):
                 self.assert_errors({path: "int outside;\n"}, f"{path}:1: error: this line lies outside all chunks")
 

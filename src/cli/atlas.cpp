@@ -1,5 +1,5 @@
 // cuticle atlas: maps of where the methods break.
-#include "figures/atlas.h"
+#include "figures/atlas/atlas.h"
 #include "cli/commands.h"
 #include "core/file.h"
 

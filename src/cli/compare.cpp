@@ -1,5 +1,5 @@
 // cuticle compare: how far is one picture from another, and is that too far?
-#include "render/compare.h"
+#include "images/compare.h"
 
 #include "cli/commands.h"
 #include "core/error.h"

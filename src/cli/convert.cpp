@@ -1,6 +1,6 @@
 // cuticle convert: one picture format into another.
 #include "cli/commands.h"
-#include "core/image.h"
+#include "images/image.h"
 
 #include <cmath>
 #include <iostream>

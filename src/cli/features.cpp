@@ -1,6 +1,6 @@
 // cuticle features: what of pbrt-v3 is rendered.
 #include "cli/commands.h"
-#include "scene/plugins.h"
+#include "parser/plugins.h"
 
 #include <iostream>
 

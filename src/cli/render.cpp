@@ -2,9 +2,9 @@
 #include "cli/commands.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "materials/hair_models.h"
 #include "render/renderer.h"
 #include "render/sampler.h"
-#include "scene/hair_models.h"
 #include "scene/scene.h"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // Every figure of the four papers, and every chart.
-#include "figures/charts.h"
-#include "figures/paper_figures.h"
+#include "figures/charts/charts.h"
+#include "figures/papers/paper_figures.h"
 
 #include <array>
 

@@ -1,8 +1,8 @@
 // The film: every pixel's sum of samples, and of their squares for the variance.
 #pragma once
 
-#include "core/image.h"
-#include "scene/scene_description.h"
+#include "images/image.h"
+#include "parser/scene_description.h"
 
 #include <optional>
 

@@ -1,7 +1,7 @@
 // Reconstruction filters, and sampling the film by them.
 #pragma once
 
-#include "scene/scene_description.h"
+#include "parser/scene_description.h"
 
 #include <vector>
 

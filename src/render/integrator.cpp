@@ -1,8 +1,8 @@
 //> Turn names into integrators
 #include "render/integrator.h"
 
+#include "parser/plugins.h"
 #include "render/path.h"
-#include "scene/plugins.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // The loop over pixels and samples: parallel, resumable by the interrupt key, the same picture for any number of threads.
 #pragma once
 
-#include "core/image.h"
+#include "images/image.h"
 #include "render/film.h"
 #include "scene/scene.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/sampling.h"
-#include "scene/scene_description.h"
+#include "parser/scene_description.h"
 
 #include <array>
 

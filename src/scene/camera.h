@@ -1,7 +1,7 @@
 // The cameras: perspective and orthographic with a thin lens, and the whole sphere around a point; pbrt-v3's conventions.
 #pragma once
 
-#include "scene/scene_description.h"
+#include "parser/scene_description.h"
 
 namespace cuticle {
 

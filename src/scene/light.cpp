@@ -1,8 +1,8 @@
 #include "scene/light.h"
 
 #include "core/error.h"
-#include "core/image.h"
 #include "core/sampling.h"
+#include "images/image.h"
 
 #include <array>
 #include <string>

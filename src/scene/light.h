@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/color.h"
-#include "scene/scene_description.h"
+#include "parser/scene_description.h"
 #include "shapes/solid_set.h"
 
 #include <memory>

@@ -5,7 +5,7 @@
 #include "grooms/groom_file.h"
 #include "grooms/head_shape.h"
 #include "grooms/procedural.h"
-#include "scene/plugins.h"
+#include "parser/plugins.h"
 #include "shapes/loop_subdivision.h"
 #include "shapes/ply.h"
 #include "shapes/strand_normals.h"

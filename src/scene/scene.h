@@ -1,10 +1,10 @@
 // The scene as rays meet it: curves, solids, materials and lights made from a description.
 #pragma once
 
-#include "scene/interaction.h"
+#include "materials/interaction.h"
+#include "materials/material.h"
+#include "parser/scene_description.h"
 #include "scene/light.h"
-#include "scene/material.h"
-#include "scene/scene_description.h"
 #include "shapes/curve_set.h"
 #include "shapes/instance_set.h"
 #include "shapes/solid_set.h"

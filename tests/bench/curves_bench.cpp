@@ -3,7 +3,7 @@
 // Rays per second are of one thread. "camera": primary rays; "bounce": random walks from hair to hair, as a path tracer
 // of light hair makes them, the nearest hit or any hit. Accuracy is counted against an oracle in extended precision, on
 // the same bounces for all, with the same start of the ray.
-#include "figures/curve_rays.h"
+#include "figures/charts/curve_rays.h"
 
 #include <benchmark/benchmark.h>
 

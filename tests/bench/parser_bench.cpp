@@ -1,6 +1,6 @@
 // How fast scene text becomes curves, on one core: bytes_per_second is of scene text, items are Shape "curve" statements.
 // The argument is the number of statements. BM_GeneralReader reads the same text without the short way for curves.
-#include "scene/scene_description.h"
+#include "parser/scene_description.h"
 
 #include <benchmark/benchmark.h>
 

@@ -1,8 +1,8 @@
 // The stability atlas: its table is whole, its named tests exist, and the cliffs of a coarse run are where they belong.
-#include "figures/atlas.h"
+#include "figures/atlas/atlas.h"
 
-#include "figures/atlas_fibers.h"
-#include "scene/hair_models.h"
+#include "figures/atlas/atlas_fibers.h"
+#include "materials/hair_models.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // The charts: what they share, and the laws of what each measures. Times are looked at by nobody here.
 #include "core/error.h"
 #include "core/file.h"
-#include "core/image.h"
-#include "figures/cost.h"
+#include "figures/charts/cost.h"
 #include "figures/figure.h"
+#include "images/image.h"
 
 #include <gtest/gtest.h>
 

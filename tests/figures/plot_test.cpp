@@ -1,7 +1,7 @@
 #include "figures/plot.h"
 
 #include "core/error.h"
-#include "core/image.h"
+#include "images/image.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Bytes as a picture; the first one chooses the format.
-#include "core/image.h"
 #include "fuzz/fuzz.h"
+#include "images/image.h"
 
 using namespace cuticle;
 

@@ -19,8 +19,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # By target: endings of its seeds, the longest input, the folders whose strings are its dictionary
 TARGETS = {
-    "scene": ([".pbrt"], 8192, ["src/scene"]),
-    "render": ([".pbrt"], 4096, ["src/scene", "src/render"]),
+    "scene": ([".pbrt"], 8192, ["src/parser", "src/materials", "src/scene"]),
+    "render": ([".pbrt"], 4096, ["src/parser", "src/materials", "src/scene", "src/render"]),
     "ply": ([".ply"], 4096, ["src/shapes"]),
     "hair_file": ([".hair"], 4096, []),
     "tfx_file": ([".tfx"], 4096, []),

@@ -1,6 +1,6 @@
 // Scene text through the parser. The short cut for curves and the general reader must agree on every text.
 #include "fuzz/fuzz.h"
-#include "scene/scene_description.h"
+#include "parser/scene_description.h"
 
 #include <vector>
 

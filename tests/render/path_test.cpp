@@ -2,7 +2,7 @@
 #include "render/renderer.h"
 
 #include "core/error.h"
-#include "scene/hair_material.h"
+#include "materials/hair_material.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The table of plug-ins says what happens: each is put into a scene, which is made.
-#include "scene/plugins.h"
+#include "parser/plugins.h"
 
 #include "core/error.h"
 #include "render/renderer.h"

@@ -3,8 +3,8 @@
 #include "scene/light.h"
 
 #include "core/error.h"
-#include "core/image.h"
 #include "core/sampling.h"
+#include "images/image.h"
 #include "scene/camera.h"
 
 #include <boost/math/distributions/chi_squared.hpp>

@@ -1,0 +1,507 @@
+#include "figures/atlas/atlas_fibers.h"
+
+#include "core/error.h"
+#include "fibers/hair_as_printed.h"
+#include "fibers/hair_model.h"
+#include "fibers/smooth_fiber.h"
+#include "figures/sheet.h"
+#include "materials/hair_models.h"
+#include "parser/parser.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <mutex>
+
+namespace cuticle {
+
+namespace {
+
+constexpr double kPiD = kPi<double>;
+
+// --- the models -------------------------------------------------------------------------------------------------
+
+class AsPrinted : public AtlasFiber {
+  public:
+    AsPrinted(const FiberInputs &in, as_printed::Tilt tilt)
+        : hair_(static_cast<float>(in.h), static_cast<float>(in.eta), Spectrum(Absorption(in)),
+                static_cast<float>(in.betaM), static_cast<float>(in.betaN), static_cast<float>(in.alpha),
+                tilt) {}
+    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        const Vector3f o(wo), i(wi);
+        return ValueOf(hair_.f(o, i), i, hair_.Pdf(o, i));
+    }
+    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
+        Vector3f i;
+        float pdf = 0;
+        const Spectrum f = hair_.Sample_f(Vector3f(wo), &i,
+                                          {static_cast<float>(u[0]), static_cast<float>(u[1]),
+                                           static_cast<float>(u[2]), static_cast<float>(u[3])},
+                                          &pdf);
+        *wi = Vector3d(i);
+        return ValueOf(f, i, pdf);
+    }
+
+  private:
+    // Chiang's fit with nothing clamped.
+    static float Absorption(const FiberInputs &in) {
+        if (in.reflectance < 0)
+            return static_cast<float>(in.sigmaA);
+        const auto b = static_cast<float>(in.betaN);
+        return Sqr(std::log(static_cast<float>(in.reflectance)) /
+                   Polynomial(b, 5.969f, -0.215f, 2.532f, -10.73f, 5.574f, 0.245f));
+    }
+    static Value ValueOf(const Spectrum &f, const Vector3f &wi, float pdf) {
+        const double cosine = wi.z == 0 ? 1 : std::abs(static_cast<double>(wi.z));
+        return {{static_cast<double>(f[0]) * cosine, static_cast<double>(f[1]) * cosine,
+                 static_cast<double>(f[2]) * cosine},
+                static_cast<double>(pdf)};
+    }
+    as_printed::HairBSDF hair_;
+};
+
+// A scene of this one hair material, with parameters of its own.
+std::string SceneOf(const std::string &model, const FiberInputs &in, const std::string &parameters) {
+    const auto number = [](double x) { return Printed("%.9g", x); };
+    const double shown = in.reflectance < 0 ? in.sigmaA : in.reflectance;
+    std::string own = " " + parameters;
+    if (model == "tabulated") // fewer rays than a picture takes: noise of a table is no fault of the model
+        own += " \"integer samples\" 1024";
+    return "WorldBegin\nMaterial \"hair\" \"string model\" \"" + model + "\" \"float eta\" " +
+           number(in.eta) + " \"float beta_m\" " + number(in.betaM) + " \"float beta_n\" " +
+           number(in.betaN) + " \"float alpha\" " + number(in.alpha) + " \"rgb " +
+           (in.reflectance < 0 ? "sigma_a" : "color") + "\" [" + number(shown) + " " + number(shown) + " " +
+           number(shown) + "]" + own + "\nShape \"sphere\"\nWorldEnd\n";
+}
+
+// The materials asked for last, by their scene. Many cells of a map differ in direction and offset only, and a material
+// may hold a table that takes a second to make.
+std::shared_ptr<const Material> MaterialOf(const std::string &scene) {
+    static std::mutex mutex;
+    static std::deque<std::pair<std::string, std::shared_ptr<const Material>>> latest;
+    constexpr size_t kKept = 32;
+    {
+        const std::lock_guard<std::mutex> lock(mutex);
+        for (const auto &[text, material] : latest)
+            if (text == scene)
+                return material;
+    }
+    const SceneDescription description = ParseSceneText(scene, "atlas");
+    const TextureTable textures(description.floatTextures, description.spectrumTextures);
+    std::shared_ptr<const Material> made = MakeMaterial(
+        description.materials[static_cast<size_t>(description.shapes[0].state.material)], textures, {});
+    const std::lock_guard<std::mutex> lock(mutex);
+    latest.emplace_back(scene, made);
+    if (latest.size() > kKept)
+        latest.pop_front();
+    return made;
+}
+
+// In a frame where the fiber lies along x, met at h.
+BSDF BsdfOf(const Material &material, double h) {
+    SurfaceInteraction si;
+    si.uv = {0.5f, static_cast<float>((1 - h) / 2)}; // of a scene's hair h is 1 - 2 v
+    si.isCurve = true;
+    BSDF bsdf;
+    material.MakeBSDF(si, &bsdf);
+    bsdf.SetFrame({}, {0, 0, 1});
+    return bsdf;
+}
+
+// What a scene's material makes.
+class SceneFiber : public AtlasFiber {
+  public:
+    SceneFiber(const std::string &scene, double h)
+        : material_(MaterialOf(scene)), bsdf_(BsdfOf(*material_, h)) {}
+    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        float pdf = 0;
+        const Spectrum f = bsdf_.FCos(Vector3f(wo), Vector3f(wi), &pdf);
+        return {{f[0], f[1], f[2]}, pdf};
+    }
+    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
+        BSDFSample sample;
+        Spectrum weight;
+        if (!bsdf_.Sample_f(Vector3f(wo),
+                            {static_cast<float>(u[0]), static_cast<float>(u[1]), static_cast<float>(u[2]),
+                             static_cast<float>(u[3])},
+                            &sample, &weight))
+            return {{0, 0, 0}, 0};
+        *wi = Vector3d(sample.wi);
+        const double pdf = sample.pdf;
+        return {{weight[0] * pdf, weight[1] * pdf, weight[2] * pdf}, pdf};
+    }
+
+  private:
+    std::shared_ptr<const Material> material_;
+    BSDF bsdf_;
+};
+
+// A model of numbers, here in double. holds: what it looks things up in.
+template <class Model>
+class NumericFiber : public AtlasFiber {
+  public:
+    NumericFiber(const Model &model, std::shared_ptr<const void> holds)
+        : model_(model), holds_(std::move(holds)) {}
+    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        const auto value = model_.Evaluate(wo, wi);
+        return {value.fCos, value.pdf};
+    }
+    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
+        const auto value = model_.Sample(wo, u, wi);
+        return {value.fCos, value.pdf};
+    }
+
+  private:
+    Model model_;
+    std::shared_ptr<const void> holds_;
+};
+template <class Model>
+std::unique_ptr<AtlasFiber> Numeric(const Model &model, std::shared_ptr<const void> holds = nullptr) {
+    return std::make_unique<NumericFiber<Model>>(model, std::move(holds));
+}
+
+HairParameters ParametersOf(const FiberInputs &in) {
+    const auto f = [](double x) { return static_cast<float>(x); };
+    const float sigma = in.reflectance < 0
+                            ? f(in.sigmaA)
+                            : HairBSDF::SigmaAFromReflectance(Spectrum(f(in.reflectance)), f(in.betaN))[0];
+    return {f(in.h),     f(in.eta),   {sigma, sigma, sigma}, f(in.betaM),
+            f(in.betaN), f(in.alpha), ScaleTilt::RootToTip};
+}
+
+// Keeps the latest few for those who ask again soon.
+void Hold(const std::shared_ptr<const void> &table) {
+    static std::mutex mutex;
+    static std::deque<std::shared_ptr<const void>> latest;
+    constexpr size_t kKept = 4; // of up to 100 MB each
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (std::find(latest.begin(), latest.end(), table) != latest.end())
+        return;
+    latest.push_back(table);
+    if (latest.size() > kKept)
+        latest.pop_front();
+}
+
+std::array<double, 3> Doubles(const std::array<float, 3> &c) { return {c[0], c[1], c[2]}; }
+
+// What a scene's material makes, with the same parameters in double.
+std::unique_ptr<AtlasFiber> DoubleFiber(const std::string &model, const FiberInputs &in) {
+    const std::shared_ptr<const Material> material = MaterialOf(SceneOf(model, in, ""));
+    const BSDF bsdf = BsdfOf(*material, in.h);
+    const FiberBxDF *fiber = bsdf.Fiber();
+    if (const auto *kajiyaKay = dynamic_cast<const KajiyaKayBSDF *>(fiber)) {
+        const KajiyaKay<float> &m = kajiyaKay->Numeric();
+        return Numeric(KajiyaKay<double>(Doubles(m.kd), Doubles(m.ks), m.exponent));
+    }
+    if (const auto *marschner = dynamic_cast<const MarschnerBSDF *>(fiber))
+        return Numeric(Marschner<double>(marschner->Numeric().parameters));
+    if (const auto *deon = dynamic_cast<const TabulatedDEonBSDF *>(fiber)) {
+        using Table = DEonTableOf<double>;
+        const DEonParameters &p = deon->Numeric().parameters;
+        const std::shared_ptr<const Table> table = Table::Cached(p);
+        Hold(table);
+        return Numeric(DEon<double, Table::View>(p, Table::View(table.get())), table);
+    }
+    if (const auto *tabulated = dynamic_cast<const TabulatedBSDF *>(fiber)) {
+        const FiberTable *table = tabulated->Numeric().Table(); // of a gray fiber: one level of absorption
+        const double sigma = table->Levels()[0];
+        return Numeric(Tabulated<double>(table, {sigma, sigma, sigma}, 0), material);
+    }
+    if (dynamic_cast<const HairBSDF *>(fiber))
+        return Numeric(HairLobes<double>(ParametersOf(in)));
+    throw Error("the atlas does not know the model \"" + model + "\" in double");
+}
+
+// --- measures ---------------------------------------------------------------------------------------------------
+
+bool IsBad(const AtlasFiber::Value &value) {
+    for (const double x : {value.fCos[0], value.fCos[1], value.fCos[2], value.pdf})
+        if (!(x >= 0 && x < std::numeric_limits<double>::infinity()))
+            return true;
+    return false;
+}
+
+using Moments = std::array<double, 9>;
+// phi is relative to the viewer's.
+Moments MomentsOf(double theta, double phi) {
+    const double s = std::sin(theta);
+    return {1,
+            s,
+            s * s,
+            std::cos(phi),
+            std::sin(phi),
+            std::cos(2 * phi),
+            std::sin(2 * phi),
+            s * std::cos(phi),
+            s * std::sin(phi)};
+}
+void AddTo(Moments *sum, double weight, const Moments &m) {
+    for (size_t i = 0; i < m.size(); ++i)
+        (*sum)[i] += weight * m[i];
+}
+
+constexpr double kViewPhi = 0.7; // any
+
+// Gauss's rule between one edge and the next.
+ThetaRule RuleBetween(const std::vector<double> &edges, size_t nodesInAPanel) {
+    const GaussLegendreRule &gauss = GaussLegendre(nodesInAPanel);
+    ThetaRule rule;
+    for (size_t i = 1; i < edges.size(); ++i) {
+        const double half = (edges[i] - edges[i - 1]) / 2;
+        if (half < 1e-9)
+            continue; // two peaks' edges in one place
+        for (size_t k = 0; k < gauss.x.size(); ++k) {
+            rule.theta.push_back(edges[i - 1] + half * (1 + gauss.x[k]));
+            rule.weight.push_back(half * gauss.w[k]);
+        }
+    }
+    return rule;
+}
+
+struct Integrals {
+    double energy = 0, bad = 0;
+    Moments ofDensity{};
+};
+// Where a sphere is integrated over: theta, and how many azimuths.
+struct SphereRule {
+    ThetaRule theta;
+    size_t around;
+};
+SphereRule RuleOfLobes(const FiberInputs &in, double thetaO) {
+    const double s = AzimuthalScale(std::clamp(in.betaN, 0.05, 1.));
+    return {MakeThetaRule(LobePeaks(in, thetaO)),
+            static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 96., 700.))};
+}
+// What is linear between the middles of a table's cells is integrated from one to the next.
+SphereRule RuleOfTable(double thetaO) {
+    const SphereCells cells = FiberTable::Cells(thetaO);
+    std::vector<double> edges = {-kPiD / 2};
+    for (size_t row = 0; row < cells.rows; ++row)
+        edges.push_back(cells.Theta(row));
+    edges.push_back(kPiD / 2);
+    return {RuleBetween(edges, 3), cells.columns};
+}
+Integrals Integrate(const AtlasFiber &fiber, const SphereRule &sphere, double thetaO) {
+    const ThetaRule &rule = sphere.theta;
+    const size_t around = sphere.around;
+    const Vector3d wo = FiberDirection(thetaO, kViewPhi);
+    Integrals sum;
+    for (size_t i = 0; i < rule.theta.size(); ++i)
+        for (size_t j = 0; j < around; ++j) {
+            const double phi = 2 * kPiD * (static_cast<double>(j) + 0.3) / static_cast<double>(around),
+                         theta = rule.theta[i];
+            const AtlasFiber::Value value = fiber.Evaluate(wo, FiberDirection(theta, kViewPhi + phi));
+            const double area = rule.weight[i] * std::cos(theta) * 2 * kPiD / static_cast<double>(around);
+            sum.energy += area * value.fCos[1];
+            AddTo(&sum.ofDensity, area * value.pdf, MomentsOf(theta, phi));
+            sum.bad += IsBad(value) ? 1 : 0;
+        }
+    sum.bad /= static_cast<double>(rule.theta.size() * around);
+    return sum;
+}
+
+// Of a smooth fiber: exact, at h or over the width.
+double SmoothEnergy(const FiberInputs &in, double thetaO, bool overTheWidth) {
+    const SmoothFiber<double> fiber(std::cos(thetaO), std::max(in.eta, 1.0000001));
+    double sigma = in.sigmaA;
+    if (in.reflectance >= 0)
+        sigma = HairBSDF::SigmaAFromReflectance(Spectrum(static_cast<float>(in.reflectance)),
+                                                static_cast<float>(in.betaN))[0];
+    const std::array<double, 3> sigmas = {sigma, sigma, sigma};
+    const auto at = [&](double gamma) {
+        std::array<double, 3> sum = fiber.Tail(1, gamma, sigmas, SegmentLength::Chord);
+        sum[0] += fiber.Attenuation(0, gamma, sigmas, SegmentLength::Chord)[0];
+        return sum;
+    };
+    return overTheWidth ? MeanOverWidth<40, double>(at)[0] : at(std::asin(in.h))[0];
+}
+
+// True for a model that does not know h.
+bool IsFarField(const AtlasModel &model) {
+    FiberInputs in;
+    const Vector3d wo = FiberDirection(0.2, 0), wi = FiberDirection(-0.3, 1);
+    in.h = 0.3;
+    const double one = model.At(AtlasForm::InFloat, in)->Evaluate(wo, wi).fCos[1];
+    in.h = -0.6;
+    return one == model.At(AtlasForm::InFloat, in)->Evaluate(wo, wi).fCos[1];
+}
+
+double Asymmetry(const AtlasModel &model, AtlasForm form, FiberInputs in, double thetaO, size_t offsets,
+                 size_t pairs) {
+    std::vector<std::unique_ptr<AtlasFiber>> fibers; // at least one
+    fibers.reserve(offsets);
+    for (size_t k = 0; k < offsets; ++k) {
+        in.h = offsets == 1 ? in.h : 2 * (static_cast<double>(k) + 0.5) / static_cast<double>(offsets) - 1;
+        fibers.push_back(model.At(form, in));
+    }
+    const Vector3d wo = FiberDirection(thetaO, kViewPhi);
+    double sum = 0, count = 0;
+    for (size_t k = 0; k < pairs; ++k) {
+        Vector3d wi;
+        if (!(fibers[k % fibers.size()]->Sample(wo, EvenlySpread(k), &wi).pdf > 0))
+            continue;
+        double there = 0, back = 0;
+        for (const auto &fiber : fibers) {
+            there += fiber->Evaluate(wo, wi).fCos[1] / std::hypot(wi.y, wi.z);
+            back += fiber->Evaluate(wi, wo).fCos[1] / std::hypot(wo.y, wo.z);
+        }
+        if (there + back == 0)
+            continue;
+        sum += std::abs(there - back) / (there + back);
+        ++count;
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+} // namespace
+
+const std::vector<AtlasModel> &AtlasModels() {
+    // Marschner's and d'Eon's formulas as printed; Kajiya and Kay's two terms have nothing to mend.
+    static const std::vector<AtlasModel> departures = {
+        {"chiang", "Chiang", "", {}},
+        {"marschner",
+         "Marschner",
+         "\"string longitudinal\" \"half-angle\" \"string roots\" \"cubic\" \"string path\" \"printed\"",
+         {}},
+        {"deon",
+         "d'Eon",
+         "\"string longitudinal\" \"printed\" \"integer order\" 35 \"string path\" \"printed\" "
+         "\"bool half_angle_fresnel\" \"true\" \"bool tail\" \"false\"",
+         {}},
+        {"kajiya-kay",
+         "Kajiya and Kay",
+         "",
+         {"The same as ours:", "the two terms of 1989,", "their constants normalised."}},
+        {"tabulated", "Table", "", {"There is none:", "the simulator's table is our own."}, true},
+    };
+    static const std::vector<AtlasModel> models = [] {
+        std::vector<AtlasModel> all;
+        for (const std::string_view name : HairModelNames()) {
+            const auto known = std::find_if(departures.begin(), departures.end(),
+                                            [&](const AtlasModel &m) { return m.name == name; });
+            all.push_back(known != departures.end() ? *known
+                                                    : AtlasModel{.name = std::string(name),
+                                                                 .title = std::string(name),
+                                                                 .parameters = "",
+                                                                 .unpublished = {"Not in the atlas."}});
+            all.back().farField = IsFarField(all.back());
+        }
+        return all;
+    }();
+    return models;
+}
+
+std::unique_ptr<AtlasFiber> AtlasModel::At(AtlasForm form, const FiberInputs &inputs) const {
+    switch (form) {
+    case AtlasForm::Published:
+        if (name == "chiang")
+            return PrintedFiber(inputs, true);
+        return std::make_unique<SceneFiber>(SceneOf(name, inputs, parameters), inputs.h);
+    case AtlasForm::InDouble:
+        return DoubleFiber(name, inputs);
+    case AtlasForm::InFloat:
+        break;
+    }
+    return std::make_unique<SceneFiber>(SceneOf(name, inputs, ""), inputs.h);
+}
+std::unique_ptr<AtlasFiber> OurFiber(const FiberInputs &inputs) {
+    return AtlasModels().front().At(AtlasForm::InFloat, inputs);
+}
+
+std::unique_ptr<AtlasFiber> PrintedFiber(const FiberInputs &inputs, bool tiltOnThetaI) {
+    return std::make_unique<AsPrinted>(inputs, tiltOnThetaI ? as_printed::Tilt::OnThetaI
+                                                            : as_printed::Tilt::OnThetaO);
+}
+
+Vector3d FiberDirection(double theta, double phi) {
+    return {std::sin(theta), std::cos(theta) * std::cos(phi), std::cos(theta) * std::sin(phi)};
+}
+
+// Roberts' sequence: powers of the root of x^5 = x + 1.
+std::array<double, 4> EvenlySpread(size_t i) {
+    constexpr double root = 1.1673039782614187;
+    std::array<double, 4> u;
+    double step = 1;
+    for (double &x : u) {
+        step /= root;
+        x = std::min(std::fmod(0.5 + step * static_cast<double>(i + 1), 1.), 1 - 0x1p-24);
+    }
+    return u;
+}
+
+ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPanel) {
+    std::vector<double> edges;
+    for (int k = -4; k <= 4; ++k)
+        edges.push_back(k * kPiD / 8);
+    for (const ThetaPeak &peak : peaks)
+        for (const double d : {0., 1.3, 3., 6., 15.})
+            for (const double edge : {peak.centre - d * peak.width, peak.centre + d * peak.width})
+                if (std::abs(edge) < kPiD / 2)
+                    edges.push_back(edge);
+    std::sort(edges.begin(), edges.end());
+    // Edges of several peaks that crowd together are one
+    double narrowest = kPiD;
+    for (const ThetaPeak &peak : peaks)
+        narrowest = std::min(narrowest, peak.width);
+    std::vector<double> apart = {edges.front()};
+    for (const double edge : edges)
+        if (edge - apart.back() > 0.4 * narrowest || edge == edges.back())
+            apart.push_back(edge);
+    edges = apart;
+    return RuleBetween(edges, nodesInAPanel);
+}
+
+std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
+    const std::array<double, kLobes> v = LongitudinalVariance(std::clamp(inputs.betaM, 0., 1.));
+    std::vector<ThetaPeak> peaks;
+    for (size_t p = 0; p < kLobes; ++p) {
+        const double tilted = thetaO + static_cast<double>(kTiltInAlpha[p]) * inputs.alpha * kPiD / 180;
+        peaks.push_back({-std::asin(std::sin(tilted)), std::sqrt(v[p])});
+    }
+    return peaks;
+}
+
+FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInputs &inputs, double thetaO,
+                         bool quick) {
+    const std::unique_ptr<AtlasFiber> fiber = model.At(form, inputs);
+    const Integrals integrals =
+        Integrate(*fiber, model.cells ? RuleOfTable(thetaO) : RuleOfLobes(inputs, thetaO), thetaO);
+    FiberFaults faults{};
+    faults.energy = std::abs(integrals.energy - SmoothEnergy(inputs, thetaO, model.farField));
+
+    const Vector3d wo = FiberDirection(thetaO, kViewPhi);
+    const size_t n = quick ? 1024 : 4096;
+    Moments ofSamples{};
+    double bad = 0;
+    for (size_t k = 0; k < n; ++k) {
+        Vector3d wi;
+        const AtlasFiber::Value value = fiber->Sample(wo, EvenlySpread(k), &wi);
+        bad += IsBad(value) ? 1 : 0;
+        if (value.pdf == 0) // NaN goes on, and shows
+            continue;
+        AddTo(&ofSamples, 1 / static_cast<double>(n),
+              MomentsOf(std::atan2(wi.x, std::hypot(wi.y, wi.z)), std::atan2(wi.z, wi.y) - kViewPhi));
+        for (const double f : value.fCos)
+            faults.weight = Worst(faults.weight, f / value.pdf);
+    }
+    faults.bad = std::max(integrals.bad, bad / static_cast<double>(n));
+    for (size_t m = 0; m < ofSamples.size(); ++m)
+        faults.disagreement = Worst(faults.disagreement, std::abs(ofSamples[m] - integrals.ofDensity[m]));
+    faults.asymmetry = Asymmetry(model, form, inputs, thetaO, model.farField ? 1 : 32, quick ? 16 : 48);
+    return faults;
+}
+
+double EnergyByQuadrature(const AtlasFiber &fiber, const FiberInputs &inputs, double thetaO) {
+    return Integrate(fiber, RuleOfLobes(inputs, thetaO), thetaO).energy;
+}
+double EnergyBySamples(const AtlasFiber &fiber, double thetaO, size_t n) {
+    double sum = 0;
+    for (size_t k = 0; k < n; ++k) {
+        Vector3d wi;
+        const AtlasFiber::Value value = fiber.Sample(FiberDirection(thetaO, kViewPhi), EvenlySpread(k), &wi);
+        sum += value.pdf > 0 ? value.fCos[1] / value.pdf : 0;
+    }
+    return sum / static_cast<double>(n);
+}
+
+} // namespace cuticle
