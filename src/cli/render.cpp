@@ -178,7 +178,7 @@ void AddRenderCommand(CLI::App &app) {
                   "picture to write, .exr or .png (default: the scene's Film filename, else SCENE.exr)")
         ->type_name("FILE");
     c->add_option("--spp", a->spp, "samples per pixel (default: the scene's Sampler)")
-        ->check(CLI::Range(1, kMostSamples))
+        ->check(CLI::Range(1, kMaxSamples))
         ->type_name("N");
     c->add_option("--threads,--nthreads", a->threads,
                   "threads; the picture does not depend on them (default: all cores)")

@@ -22,7 +22,7 @@ inline constexpr float Infinity = std::numeric_limits<float>::infinity();
 inline constexpr float OneMinusEpsilon = 0x1.fffffep-1f;
 // A random number stands for a cell, and the ends of the interval for nothing: the cell at 0 is met at 2^-33, half
 // the step of a 32-bit generator.
-inline constexpr float kSmallestU = 0x1p-33f;
+inline constexpr float kMinU = 0x1p-33f;
 
 template <typename T>
 constexpr T Sqr(T v) {
@@ -121,11 +121,11 @@ inline bool IsFinite(const Vector3f &v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 // The largest coordinate or width that geometry may have: products of two and of sums of them are still finite.
-inline constexpr float kLargestCoordinate = 1e18f;
+inline constexpr float kMaxCoordinate = 1e18f;
 // False for NaN.
 inline bool IsWithinReach(const Point3f &p) {
-    return std::abs(p.x) <= kLargestCoordinate && std::abs(p.y) <= kLargestCoordinate &&
-           std::abs(p.z) <= kLargestCoordinate;
+    return std::abs(p.x) <= kMaxCoordinate && std::abs(p.y) <= kMaxCoordinate &&
+           std::abs(p.z) <= kMaxCoordinate;
 }
 // Two unit vectors that make (v, *s, *t) an orthonormal right-handed frame; |v| = 1. Duff et al. 2017: no
 // branch on the direction, exact at the poles.

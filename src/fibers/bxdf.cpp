@@ -30,15 +30,15 @@ Spectrum FiberBxDF::Sample_f(const Vector3f &wo, Vector3f *wi, const Point2f &u,
 //> Divide by the cosine that the renderer multiplies by
 // A light in the plane of the ribbon has |wi.z| = 0: 1e-20 stands for it, there and in the sampled direction, so
 // that value, direction and density agree for every direction.
-constexpr Float kSmallestCosine = 1e-20f;
+constexpr Float kMinCosine = 1e-20f;
 
 Spectrum FiberBxDF::WithoutCosine(const std::array<Float, 3> &fCos, const Vector3f &wi) {
-    const Float inverse = 1 / std::max(std::abs(wi.z), kSmallestCosine);
+    const Float inverse = 1 / std::max(std::abs(wi.z), kMinCosine);
     return Spectrum(fCos[0], fCos[1], fCos[2]) * inverse;
 }
 Spectrum FiberBxDF::WithoutCosineOfSample(const std::array<Float, 3> &fCos, Vector3f *wi) {
-    if (std::abs(wi->z) < kSmallestCosine)
-        wi->z = std::copysign(kSmallestCosine, wi->z);
+    if (std::abs(wi->z) < kMinCosine)
+        wi->z = std::copysign(kMinCosine, wi->z);
     return WithoutCosine(fCos, *wi);
 }
 //<

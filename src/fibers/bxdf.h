@@ -68,7 +68,7 @@ class FiberBxDF : public BxDF {
 
 //> Turn a numeric model into a BSDF
 // Model::Evaluate(wo, wi) and Model::Sample(wo, u, &wi) give a FiberValue. Numbers of a direction, or of u, that are not
-// finite pass through minima and maxima unseen: doubt, 0 or NaN, carries them into the results, to be counted there.
+// finite pass through minima and maxima unseen: nanTaint, 0 or NaN, carries them into the results, to be counted there.
 template <typename T>
 struct FiberValue {
     std::array<T, 3> fCos; // f |wi.z| in r, g, b
@@ -81,20 +81,20 @@ class BxDFOf : public FiberBxDF {
     using FiberBxDF::Sample_f;
     Spectrum FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const final {
         const FiberValue<Float> value = model_.Evaluate(wo, wi);
-        const Float doubt = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
-        *pdf = value.pdf + doubt;
-        return WithoutCosine(value.fCos, wi) + Spectrum(doubt);
+        const Float nanTaint = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
+        *pdf = value.pdf + nanTaint;
+        return WithoutCosine(value.fCos, wi) + Spectrum(nanTaint);
     }
     Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u,
                       Float *pdf) const final {
         std::array<Float, 4> inside;
         for (size_t i = 0; i < 4; ++i)
-            inside[i] = std::min(std::max(u[i], kSmallestU), OneMinusEpsilon);
+            inside[i] = std::min(std::max(u[i], kMinU), OneMinusEpsilon);
         const FiberValue<Float> value = model_.Sample(wo, inside, wi);
-        const Float doubt = 0 * ((wo.x + wo.y + wo.z) + ((u[0] + u[1]) + (u[2] + u[3])));
-        *wi += Vector3f(doubt, doubt, doubt);
-        *pdf = value.pdf + doubt;
-        return WithoutCosineOfSample(value.fCos, wi) + Spectrum(doubt);
+        const Float nanTaint = 0 * ((wo.x + wo.y + wo.z) + ((u[0] + u[1]) + (u[2] + u[3])));
+        *wi += Vector3f(nanTaint, nanTaint, nanTaint);
+        *pdf = value.pdf + nanTaint;
+        return WithoutCosineOfSample(value.fCos, wi) + Spectrum(nanTaint);
     }
     const Model &Numeric() const { return model_; }
 

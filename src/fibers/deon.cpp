@@ -24,7 +24,7 @@ DEonParameters CheckedDEon(DEonParameters p) {
         p.betaN[i] = Checked("beta_n", p.betaN[i], 0.05f, 1e3f);
     }
     p.lobes = std::clamp(p.lobes, 1, 16);
-    p.order = std::clamp(p.order, 0, static_cast<int>(kMostNodes));
+    p.order = std::clamp(p.order, 0, static_cast<int>(kMaxNodes));
     if (p.h)
         p.h = Checked("h", *p.h, -1, 1);
     return p;

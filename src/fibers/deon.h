@@ -133,10 +133,10 @@ void NodesOfOrder(size_t order, bool half, F f) {
         f(std::asin(half ? (T(rule.x[i]) + 1) / 2 : T(rule.x[i])), T(rule.w[i]) / 2);
 }
 // Over half of the width, gamma in [0, pi/2], dh = cos gamma dgamma: f(gamma, weight) with weights that add up to 1. Split
-// at the turning point, and into rules of at most kMostNodes.
+// at the turning point, and into rules of at most kMaxNodes.
 template <typename T, typename F>
 void NodesOnPanel(T low, T high, size_t nodes, F f) {
-    const size_t pieces = (nodes + kMostNodes - 1) / kMostNodes;
+    const size_t pieces = (nodes + kMaxNodes - 1) / kMaxNodes;
     const GaussLegendreRule &rule = GaussLegendre((nodes + pieces - 1) / pieces);
     const T half = (high - low) / (2 * T(pieces));
     for (size_t k = 0; k < pieces; ++k)
@@ -205,8 +205,8 @@ class DEon {
                    ? o.cos
                    : std::sqrt(SquaredCosOfHalfDifference(o, i));
     }
-    static constexpr size_t kMostLobes = 17;
-    using Shares = std::array<T, kMostLobes>;
+    static constexpr size_t kMaxLobes = 17;
+    using Shares = std::array<T, kMaxLobes>;
     Shares SharesOf(T cosThetaO) const;
     FiberValue<T> Gather(const Shares &shares, const Inclination<T> &o, const Inclination<T> &i, T phi) const;
     const LongitudinalLobe<T> &Along(size_t p) const { return along_[std::min(p, size_t(3))]; }

@@ -105,11 +105,11 @@ class Tracer {
     SurfaceFrame FrameAt(const Path &path) const;
     //<
     Path Enter(RNG *rng) const;
-    void MeetScales(Path path);
-    void MeetFacet(Path path);
+    void IntersectScales(Path path);
+    void IntersectFacet(Path path);
     void Split(const Path &path, const SurfaceFrame &frame, const Vector3d &w, const Vector3d &m);
     void CrossInterior(Path path);
-    bool MeetMedulla(Path *path, double distance);
+    bool IntersectMedulla(Path *path, double distance);
     void Leave(const Path &path);
     void Keep(const Path &path);
     double Transmittance(const Path &path, size_t channel) const;
@@ -152,10 +152,10 @@ void Tracer::Sample(RNG *rng, Deposits *deposits) {
         pending_.pop_back();
         switch (path.stage) {
         case Path::Stage::Scales:
-            MeetScales(path);
+            IntersectScales(path);
             break;
         case Path::Stage::Facet:
-            MeetFacet(path);
+            IntersectFacet(path);
             break;
         case Path::Stage::Interior:
             CrossInterior(path);
@@ -199,7 +199,7 @@ Path Tracer::Enter(RNG *rng) const {
 // In the plane of the fiber's axis (du, toward the tip) and the normal (dn) the surface is a saw: facets that rise from 0
 // at along = 0 to the slope at along = 1, then fall straight, the riser facing the tip. Rays enter and leave through the
 // lines above = slope, outside, and above = 0, inside.
-void Tracer::MeetScales(Path path) {
+void Tracer::IntersectScales(Path path) {
     const Vector3d n = Normal(path);
     const double du = toTip_ * path.w.x, dn = Dot(path.w, n), side = path.inside ? -1 : 1;
     const auto in = [](double distance, double speed) {
@@ -246,7 +246,7 @@ Tracer::SurfaceFrame Tracer::FrameAt(const Path &path) const {
 //> Reflect and refract at a facet
 // Inside the fiber everything is turned over, point by point: up becomes down, and the surface seen from below is a surface
 // seen from above. So w here always comes from above.
-void Tracer::MeetFacet(Path path) {
+void Tracer::IntersectFacet(Path path) {
     const SurfaceFrame frame = FrameAt(path);
     const double side = path.inside ? -1 : 1;
     const Vector3d w = side * Vector3d(Dot(path.w, frame.u), Dot(path.w, frame.v), Dot(path.w, frame.n));
@@ -328,7 +328,7 @@ void Tracer::CrossInterior(Path path) {
         return;
     }
     //<
-    if (fiber_.medullaRatio > 0 && MeetMedulla(&path, distance)) {
+    if (fiber_.medullaRatio > 0 && IntersectMedulla(&path, distance)) {
         Keep(path); // it travels on from inside the medulla
         return;
     }
@@ -359,7 +359,7 @@ double Tracer::Transmittance(const Path &path, size_t channel) const {
 
 //> Scatter in the medulla
 // Adds the lengths of the way; true if the path was scattered and has a new place and direction.
-bool Tracer::MeetMedulla(Path *path, double distance) {
+bool Tracer::IntersectMedulla(Path *path, double distance) {
     //> Find the piece of the way that lies in the medulla
     const double k = fiber_.medullaRatio;
     const double qa = Sqr(path->w.y / a_) + Sqr(path->w.z / b_);

@@ -160,8 +160,8 @@ void SetUp(const HairParameters &parameters, HairSetup &setup) {
     // 2s/pi.
     setup.s = AzimuthalScale(parameters.betaN);
     const Lanes v =
-        Max(Lanes(UnscaledVariance(parameters.betaM)) * Lanes(1, 0.25f, 4, 0), Lanes(kSmallestV<float>)) +
-        Lanes(0, 0, 0, (2 / Pi) * setup.s - kSmallestV<float>);
+        Max(Lanes(UnscaledVariance(parameters.betaM)) * Lanes(1, 0.25f, 4, 0), Lanes(kMinV<float>)) +
+        Lanes(0, 0, 0, (2 / Pi) * setup.s - kMinV<float>);
     const Lanes invV = Lanes(1.f) / v;
     const ExpPair e = ExpBoth(Lanes(-2.f) * invV);
     const Lanes mass = (-e.expm1).LastFromThird();
@@ -217,14 +217,14 @@ CUTICLE_INLINE View Look(const HairSetup &setup, const Vector3f &wo) {
 //<
 
 //> Add the lobes up in the lanes
-// NaN and infinity in a direction pass through minima and maxima unseen: doubt carries them, 0 or NaN.
+// NaN and infinity in a direction pass through minima and maxima unseen: nanTaint carries them, 0 or NaN.
 CUTICLE_INLINE HairValue Gather(const HairSetup &setup, const View &view, float sinThetaI, float cosThetaI,
-                                Lanes absDPhi, float doubt) {
+                                Lanes absDPhi, float nanTaint) {
     const Lanes density = ScaledMp(Lanes(cosThetaI), view.tilted.cos, Lanes(sinThetaI), view.tilted.sin,
                                    Lanes(setup.invV), Lanes(setup.mpNorm)) *
                           ScaledLogistic(absDPhi, Lanes(setup.invS), Lanes(setup.npNorm));
     const Rows parts = {view.r * density, view.g * density, view.b * density, view.y * density};
-    const std::array<float, 4> sums = (SumRows(parts) + Lanes(doubt)).Array();
+    const std::array<float, 4> sums = (SumRows(parts) + Lanes(nanTaint)).Array();
     return {{sums[0], sums[1], sums[2]}, sums[3] * view.invSumY};
 }
 //<
@@ -240,8 +240,9 @@ CUTICLE_INLINE Lanes FromCentre(const View &view, SinCosine<float> phi) {
 HairValue Evaluate(const HairSetup &setup, const Vector3f &wo, const Vector3f &wi) {
     const View view = Look(setup, wo);
     const FiberAngles<float> i = AnglesOf(wi.x, wi.y, wi.z);
-    const float doubt = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
-    return Gather(setup, view, i.sinTheta, i.cosTheta, FromCentre(view, RelativeAzimuth(view.o, i)), doubt);
+    const float nanTaint = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
+    return Gather(setup, view, i.sinTheta, i.cosTheta, FromCentre(view, RelativeAzimuth(view.o, i)),
+                  nanTaint);
 }
 //<
 
@@ -249,8 +250,8 @@ HairValue Evaluate(const HairSetup &setup, const Vector3f &wo, const Vector3f &w
 HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<float, 4> &random,
                  Vector3f *wi) {
     const View view = Look(setup, wo);
-    const std::array<float, 4> u = Min(Max(Lanes(random), Lanes(kSmallestU)), Lanes(OneMinusEpsilon)).Array();
-    const float doubt = 0 * ((wo.x + wo.y + wo.z) + ((random[0] + random[1]) + (random[2] + random[3])));
+    const std::array<float, 4> u = Min(Max(Lanes(random), Lanes(kMinU)), Lanes(OneMinusEpsilon)).Array();
+    const float nanTaint = 0 * ((wo.x + wo.y + wo.z) + ((random[0] + random[1]) + (random[2] + random[3])));
     //> Choose the lobe $q$ by its share of the luminance
     const std::array<float, 4> y = view.y.Array();
     size_t q = 0;
@@ -277,14 +278,14 @@ HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<fl
     const float sine = sines[1] * cosTurn[q] + cosines[1] * sinTurn[q];
     const SinCosine<float> phi = UnitVector(sine, cosine);
     const float size = theta.cos / (view.o.cosTheta > 0 ? view.o.cosTheta : 1);
-    *wi = {theta.sin + doubt, size * (view.o.y * phi.cos - view.o.z * phi.sin) + doubt,
-           size * (view.o.z * phi.cos + view.o.y * phi.sin) + doubt};
+    *wi = {theta.sin + nanTaint, size * (view.o.y * phi.cos - view.o.z * phi.sin) + nanTaint,
+           size * (view.o.z * phi.cos + view.o.y * phi.sin) + nanTaint};
     //<
     //> Evaluate at the drawn angles
     const Lanes chosen(static_cast<float>(q)), lane(0, 1, 2, 3);
     const Lanes absDPhi =
         Select(Abs(lane - chosen) < Lanes(0.5f), Lanes(std::abs(dPhi)), FromCentre(view, phi));
-    return Gather(setup, view, theta.sin, theta.cos, absDPhi, doubt);
+    return Gather(setup, view, theta.sin, theta.cos, absDPhi, nanTaint);
     //<
 }
 //<

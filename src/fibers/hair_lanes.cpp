@@ -31,22 +31,22 @@ void PlainSetUp(const HairParameters &parameters, HairSetup &setup) {
     setup.v = lobes.v, setup.sinTilt = lobes.sinTilt, setup.cosTilt = lobes.cosTilt;
     setup.s = lobes.s, setup.npTail = lobes.npTail;
 }
-// NaN and infinity in a direction pass through minima and maxima unseen: doubt carries them, 0 or NaN.
-HairValue WithDoubt(HairLobes<float>::Value value, float doubt) {
+// NaN and infinity in a direction pass through minima and maxima unseen: nanTaint carries them, 0 or NaN.
+HairValue WithNanTaint(HairLobes<float>::Value value, float nanTaint) {
     for (float &c : value.fCos)
-        c += doubt;
-    return {value.fCos, value.pdf + doubt};
+        c += nanTaint;
+    return {value.fCos, value.pdf + nanTaint};
 }
 HairValue PlainEvaluate(const HairSetup &setup, const Vector3f &wo, const Vector3f &wi) {
-    const float doubt = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
-    return WithDoubt(HairLobes<float>(setup).Evaluate(wo, wi), doubt);
+    const float nanTaint = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
+    return WithNanTaint(HairLobes<float>(setup).Evaluate(wo, wi), nanTaint);
 }
 HairValue PlainSample(const HairSetup &setup, const Vector3f &wo, const std::array<float, 4> &u,
                       Vector3f *wi) {
-    const float doubt = 0 * ((wo.x + wo.y + wo.z) + ((u[0] + u[1]) + (u[2] + u[3])));
+    const float nanTaint = 0 * ((wo.x + wo.y + wo.z) + ((u[0] + u[1]) + (u[2] + u[3])));
     const HairLobes<float>::Value value = HairLobes<float>(setup).Sample(wo, u, wi);
-    *wi += Vector3f(doubt, doubt, doubt);
-    return WithDoubt(value, doubt);
+    *wi += Vector3f(nanTaint, nanTaint, nanTaint);
+    return WithNanTaint(value, nanTaint);
 }
 const HairKernels kScalar = {"scalar", PlainSetUp, PlainEvaluate, PlainSample};
 //<

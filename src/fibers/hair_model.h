@@ -25,7 +25,7 @@ inline constexpr int kLobes = 4;
 // A fit by Chiang et al. 2016 that makes equal steps of beta_m look alike. No lobe is narrower than 2^-15 rad: v of
 // 2^-30. Directions in binary32 are known to 2^-24, so even this lobe is 2^9 steps wide, and all laws still hold.
 template <typename T>
-inline constexpr T kSmallestV = T(1) / (1 << 30);
+inline constexpr T kMinV = T(1) / (1 << 30);
 
 template <typename T>
 CUTICLE_INLINE T UnscaledVariance(T betaM) {
@@ -35,7 +35,7 @@ CUTICLE_INLINE T UnscaledVariance(T betaM) {
 // Refraction narrows TT; every reflection inside widens what follows.
 template <typename T>
 std::array<T, kLobes> LongitudinalVariance(T betaM) {
-    const T v = UnscaledVariance(betaM), floor = kSmallestV<T>;
+    const T v = UnscaledVariance(betaM), floor = kMinV<T>;
     return {std::max(v, floor), std::max(v / 4, floor), std::max(4 * v, floor), std::max(4 * v, floor)};
 }
 //<
@@ -187,14 +187,14 @@ CUTICLE_INLINE std::array<V, kLobes> Ap(V f, V oneMinusF, V transmittance, V one
 //> Azimuthal scattering $N_p$
 //> Map the roughness $\beta_n$ to a logistic scale
 template <typename T>
-inline constexpr T kSmallestS = T(1) / (1 << 16);
+inline constexpr T kMinS = T(1) / (1 << 16);
 
 template <typename T>
 CUTICLE_INLINE T AzimuthalScale(T betaN) {
     const T b2 = betaN * betaN, b4 = b2 * b2, b8 = b4 * b4, b16 = b8 * b8;
     const T sqrtPiOver8 = T(0.626657068657750125603941L);
     const T s = sqrtPiOver8 * (T(0.265L) * betaN + T(1.194L) * b2 + T(5.372L) * (b16 * b4 * b2));
-    return std::max(s, kSmallestS<T>);
+    return std::max(s, kMinS<T>);
 }
 //<
 
@@ -453,7 +453,7 @@ template <typename T>
 typename HairLobes<T>::Value HairLobes<T>::Sample(const Vector3<T> &wo, std::array<T, 4> u,
                                                   Vector3<T> *wi) const {
     for (T &x : u)
-        x = std::clamp(x, T(kSmallestU), T(OneMinusEpsilon));
+        x = std::clamp(x, T(kMinU), T(OneMinusEpsilon));
     const FiberAngles<T> o = AnglesOf(wo.x, wo.y, wo.z);
     const Refraction<T> inside = Refracted(o.cosTheta);
     //> Choose the lobe by its share of the luminance

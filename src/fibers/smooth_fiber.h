@@ -12,12 +12,12 @@
 namespace cuticle {
 
 //> Tabulate Gauss-Legendre rules
-// Nodes in (-1, 1), rising; weights add up to 2. n: 1 to kMostNodes. All rules are computed once, by Newton's method on
+// Nodes in (-1, 1), rising; weights add up to 2. n: 1 to kMaxNodes. All rules are computed once, by Newton's method on
 // the Legendre polynomials.
 struct GaussLegendreRule {
     std::vector<double> x, w;
 };
-inline constexpr size_t kMostNodes = 64;
+inline constexpr size_t kMaxNodes = 64;
 inline GaussLegendreRule MakeGaussLegendreRule(size_t n) {
     GaussLegendreRule rule{std::vector<double>(n), std::vector<double>(n)};
     const double degree = static_cast<double>(n);
@@ -41,7 +41,7 @@ inline GaussLegendreRule MakeGaussLegendreRule(size_t n) {
 inline const GaussLegendreRule &GaussLegendre(size_t n) {
     static const std::vector<GaussLegendreRule> rules = [] {
         std::vector<GaussLegendreRule> all;
-        for (size_t k = 1; k <= kMostNodes; ++k)
+        for (size_t k = 1; k <= kMaxNodes; ++k)
             all.push_back(MakeGaussLegendreRule(k));
         return all;
     }();
@@ -59,11 +59,11 @@ enum class SegmentLength { Chord, Printed };
 // As angles of incidence gamma, h = sin gamma.
 template <typename T>
 struct PathRoots {
-    static constexpr size_t kMost = 24;
-    std::array<T, kMost> gamma;
+    static constexpr size_t kMaxCount = 24;
+    std::array<T, kMaxCount> gamma;
     size_t count = 0;
     void Add(T g) {
-        if (count < kMost)
+        if (count < kMaxCount)
             gamma[count++] = g;
     }
 };

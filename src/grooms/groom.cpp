@@ -317,9 +317,9 @@ void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &opt
 }
 
 void CheckSegmentCount(size_t segments) {
-    if (segments > kMostSegments)
+    if (segments > kMaxSegments)
         throw Error("there would be " + std::to_string(segments) + " curve segments; a scene holds at most " +
-                    std::to_string(kMostSegments) + ": use fewer strands or segments");
+                    std::to_string(kMaxSegments) + ": use fewer strands or segments");
 }
 
 size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options) {

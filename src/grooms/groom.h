@@ -90,7 +90,7 @@ void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &opt
                     std::vector<BezierSegment> *out);
 
 // A scene holds no more: the accelerator counts curve segments in 27 bits.
-inline constexpr size_t kMostSegments = (size_t(1) << 27) - 1;
+inline constexpr size_t kMaxSegments = (size_t(1) << 27) - 1;
 
 // Throws Error where there are more.
 void CheckSegmentCount(size_t segments);

@@ -74,8 +74,8 @@ Groom ReadGroomFile(const std::string &filename, float width) {
     const Parser parse = ParserFor(bytes, filename);
     const auto size = static_cast<uint64_t>(status.st_size);
     // The longest .hair file that its 32-bit counts can describe; read no more, whatever the system says.
-    constexpr uint64_t kLongest = 128 + 0xffffffffull * (2 + 12 + 4 + 4 + 12);
-    if (size > kLongest)
+    constexpr uint64_t kMaxLength = 128 + 0xffffffffull * (2 + 12 + 4 + 4 + 12);
+    if (size > kMaxLength)
         Refuse(filename, "too long for a file of strands");
     bytes.resize(size);
     in.clear();

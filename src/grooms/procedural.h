@@ -37,7 +37,7 @@ class StrandSource {
 // Throws Error for parameters out of the table's ranges or a kind or style that does not exist.
 std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params);
 
-// All strands at once. Throws Error where they have more segments than a scene can hold, kMostSegments (groom.h).
+// All strands at once. Throws Error where they have more segments than a scene can hold, kMaxSegments (groom.h).
 Groom MakeGroom(const GroomParams &params);
 
 // On a head the points of a strand keep this far outside (cm) from a centimetre after the root on; the root itself

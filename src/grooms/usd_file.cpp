@@ -136,12 +136,13 @@ class LayerReader {
     }
 
     void ReadPrim(std::string_view specifier, ptrdiff_t parent) {
-        constexpr size_t kDeepest = 200; // far beyond any scene; the recursion needs a bound
+        constexpr size_t kMaxDepth = 200; // far beyond any scene; the recursion needs a bound
         size_t depth = 0;
         for (ptrdiff_t p = parent; p >= 0; p = prims_[static_cast<size_t>(p)].parent)
             ++depth;
-        if (depth > kDeepest)
-            text_.Fail(text_.At(), "prims lie more than " + std::to_string(kDeepest) + " deep in each other");
+        if (depth > kMaxDepth)
+            text_.Fail(text_.At(),
+                       "prims lie more than " + std::to_string(kMaxDepth) + " deep in each other");
         const size_t index = prims_.size();
         prims_.emplace_back();
         prims_[index].parent = parent;
@@ -324,7 +325,7 @@ constexpr BasisMatrix kCatmullRomToBezier{
     {{0, 1, 0, 0}, {-1. / 6, 1, 1. / 6, 0}, {0, 1. / 6, 1, -1. / 6}, {0, 0, 1, 0}}};
 
 // Whole numbers beyond this are not exact in the binary32 that attributes are kept in.
-constexpr float kLargestCount = 16777216;
+constexpr float kMaxCount = 16777216;
 
 // One BasisCurves prim, turned into strands of a groom that holds Bezier control points or (linear) points, with a width
 // and a colour for each.
@@ -391,7 +392,7 @@ class CurvesBuilder {
         std::vector<size_t> counts;
         size_t sum = 0;
         for (const float v : prim_.counts.values) {
-            if (!(v >= 0) || v != std::floor(v) || v > kLargestCount)
+            if (!(v >= 0) || v != std::floor(v) || v > kMaxCount)
                 text_.Fail(prim_.counts.at, "curveVertexCounts holds " + std::to_string(v) +
                                                 "; whole numbers from 0 to 16777216 were expected");
             counts.push_back(static_cast<size_t>(v));
@@ -420,7 +421,7 @@ class CurvesBuilder {
             return;
         std::vector<float> spread;
         for (const float i : prim_.colorIndices.values) {
-            if (!(i >= 0) || i > kLargestCount || static_cast<size_t>(i) >= color->values.size() / 3)
+            if (!(i >= 0) || i > kMaxCount || static_cast<size_t>(i) >= color->values.size() / 3)
                 text_.Fail(prim_.colorIndices.at, "index " + std::to_string(static_cast<long long>(i)) +
                                                       " of " + std::to_string(color->values.size() / 3) +
                                                       " colours, counted from 0");

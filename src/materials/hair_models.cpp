@@ -192,10 +192,10 @@ class MarschnerMaterial : public Material {
 };
 
 // How many orders have a lobe of their own.
-constexpr int kMostLobesOfAScene = 16;
+constexpr int kMaxSceneLobes = 16;
 int LobesOf(const ParamSet &params, int otherwise) {
     const int lobes = params.FindInt("lobes", otherwise);
-    if (lobes < 1 || lobes > kMostLobesOfAScene)
+    if (lobes < 1 || lobes > kMaxSceneLobes)
         throw Error(params.Find("lobes")->loc, "\"lobes\" must be 1 to 16, not " + std::to_string(lobes));
     return lobes;
 }
@@ -203,8 +203,8 @@ int LobesOf(const ParamSet &params, int otherwise) {
 // How many nodes the quadrature around the fiber has; 0: as many as the roughness asks for.
 int OrderOf(const ParamSet &params) {
     const int order = params.FindInt("order", 0);
-    if (order < 0 || order > static_cast<int>(kMostNodes))
-        throw Error(params.Find("order")->loc, "\"order\" must be 1 to " + std::to_string(kMostNodes) +
+    if (order < 0 || order > static_cast<int>(kMaxNodes))
+        throw Error(params.Find("order")->loc, "\"order\" must be 1 to " + std::to_string(kMaxNodes) +
                                                    ", or 0 for as many nodes as the widths ask for, not " +
                                                    std::to_string(order));
     return order;
@@ -398,7 +398,7 @@ class ManyLobesMaterial : public Material {
 
 std::unique_ptr<Material> MakeChiang(const ParamSet &p, const TextureTable &t, const MaterialOptions &o) {
     const bool chosen = p.Find("tail_share") != nullptr;
-    const int lobes = LobesOf(p, chosen ? kMostLobesOfAScene : HairBSDF::pMax);
+    const int lobes = LobesOf(p, chosen ? kMaxSceneLobes : HairBSDF::pMax);
     if (lobes == HairBSDF::pMax && !chosen)
         return std::make_unique<HairMaterial>(p, t, o);
     return std::make_unique<ManyLobesMaterial>(p, t, o, lobes);

@@ -425,7 +425,7 @@ class ChosenMixMaterial : public Material {
     uint64_t salt_;
 };
 
-struct Ingredients {
+struct MaterialContext {
     const MaterialEntity &entity;
     const ParamSet &params;
     const TextureTable &textures;
@@ -433,7 +433,7 @@ struct Ingredients {
     std::span<const std::unique_ptr<Material>> made;
 };
 
-std::unique_ptr<Material> MakeMix(const Ingredients &in) {
+std::unique_ptr<Material> MakeMix(const MaterialContext &in) {
     SpectrumTexture amount = in.textures.GetSpectrumTexture(in.params, "amount", Spectrum(0.5f));
     std::array<const Material *, 2> parts{};
     std::array<const SurfaceMaterial *, 2> surfaces{};
@@ -461,7 +461,7 @@ std::unique_ptr<Material> MakeMix(const Ingredients &in) {
     return mix;
 }
 
-std::unique_ptr<Material> MakeHair(const Ingredients &in) {
+std::unique_ptr<Material> MakeHair(const MaterialContext &in) {
     if (in.params.Find("bumpmap", ParamType::Texture))
         Warning(in.params.loc, "bump maps on hair are not rendered",
                 "\"bumpmap\" is not rendered on hair; the fiber stays smooth");
@@ -469,15 +469,15 @@ std::unique_ptr<Material> MakeHair(const Ingredients &in) {
 }
 
 // Known by a table of measurements that is not read.
-std::unique_ptr<Material> MakeFourier(const Ingredients &in) {
+std::unique_ptr<Material> MakeFourier(const MaterialContext &in) {
     (void)in.params.FindString("bsdffile", "");
     return std::make_unique<MatteMaterial>(in.params, in.textures);
 }
 
-using Maker = std::unique_ptr<Material> (*)(const Ingredients &);
+using Maker = std::unique_ptr<Material> (*)(const MaterialContext &);
 
 template <class M>
-std::unique_ptr<Material> Make(const Ingredients &in) {
+std::unique_ptr<Material> Make(const MaterialContext &in) {
     return std::make_unique<M>(in.params, in.textures);
 }
 

@@ -742,16 +742,16 @@ class Nesting {
                 cost.levels = std::max(cost.levels, from[static_cast<size_t>(index)].levels + 1);
                 cost.evaluations += from[static_cast<size_t>(index)].evaluations;
             }
-            if (cost.levels > kMostLevels || cost.evaluations > kMostEvaluations)
+            if (cost.levels > kMaxLevels || cost.evaluations > kMaxEvaluations)
                 Fail(e.params.loc, "texture \"" + e.name + "\" is made of others more than " +
-                                       std::to_string(kMostLevels) + " levels deep, or more than " +
-                                       std::to_string(kMostEvaluations) + " times");
+                                       std::to_string(kMaxLevels) + " levels deep, or more than " +
+                                       std::to_string(kMaxEvaluations) + " times");
             costs.push_back(cost);
         }
     }
 
   private:
-    static constexpr int kMostLevels = 200, kMostEvaluations = 10000;
+    static constexpr int kMaxLevels = 200, kMaxEvaluations = 10000;
     struct Cost {
         int levels, evaluations;
     };

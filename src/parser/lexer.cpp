@@ -19,8 +19,8 @@ namespace cuticle {
 
 namespace {
 
-constexpr size_t kLongestString = 1 << 16;
-constexpr size_t kLongestWord = 1 << 10;
+constexpr size_t kMaxStringLength = 1 << 16;
+constexpr size_t kMaxWordLength = 1 << 10;
 // Unpacked gzip text beyond this is refused where it is also more than kMaxRatio times its packed size: numbers
 // as text pack 2 to 20 times, only text made to do harm packs better.
 constexpr size_t kGzipGrace = size_t(256) << 20;
@@ -315,14 +315,14 @@ Token Lexer::Scan() {
     }
     if (c == '"') {
         const char *q = p + 1, *const limit =
-                                   end_ - q > std::ptrdiff_t(kLongestString) ? q + kLongestString : end_;
+                                   end_ - q > std::ptrdiff_t(kMaxStringLength) ? q + kMaxStringLength : end_;
         while (q < limit && *q != '"' && *q != '\n' && *q != 0)
             q += *q == '\\' && q + 1 < limit && q[1] != '\n' ? 2 : 1;
         if (q >= limit || *q != '"') {
             cursor_ = std::min(q, limit);
             if (limit != end_ && q >= limit)
-                Fail(p,
-                     "this string has no closing quote within " + std::to_string(kLongestString) + " bytes");
+                Fail(p, "this string has no closing quote within " + std::to_string(kMaxStringLength) +
+                            " bytes");
             if (q < limit && *q == 0) {
                 cursor_ = q + 1;
                 Fail(q, "NUL byte inside a string: this is no text file");
@@ -337,14 +337,14 @@ Token Lexer::Scan() {
 
     // Words and numbers reach to the next delimiter.
     const char *q = p;
-    const char *const limit = end_ - p > std::ptrdiff_t(kLongestWord) ? p + kLongestWord : end_;
+    const char *const limit = end_ - p > std::ptrdiff_t(kMaxWordLength) ? p + kMaxWordLength : end_;
     while (q < limit && !EndsToken(*q))
         ++q;
     cursor_ = std::max(q, p + 1);
     if (q == limit && limit != end_) {
         while (cursor_ < end_ && !EndsToken(*cursor_))
             ++cursor_;
-        Fail(p, "a word of more than " + std::to_string(kLongestWord) +
+        Fail(p, "a word of more than " + std::to_string(kMaxWordLength) +
                     " bytes: this does not look like a scene file");
     }
     t.text = {p, static_cast<size_t>(q - p)};

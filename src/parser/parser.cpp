@@ -238,11 +238,11 @@ struct CurveStatement {
     }
 };
 
-constexpr size_t kDeepestInclude = 64;
-constexpr size_t kMostIncludes = 100000;
-constexpr size_t kDeepestBlock = 10000;
-constexpr size_t kMostErrors = 1000;
-constexpr size_t kMostParameters = 1000; // of one directive
+constexpr size_t kMaxIncludeDepth = 64;
+constexpr size_t kMaxIncludes = 100000;
+constexpr size_t kMaxBlockDepth = 10000;
+constexpr size_t kMaxErrors = 1000;
+constexpr size_t kMaxParameters = 1000; // of one directive
 
 class Parser {
   public:
@@ -465,7 +465,7 @@ void Parser::ParseAll() {
             if (!options_.collectErrors)
                 throw;
             options_.collectErrors->push_back(e.what());
-            if (options_.collectErrors->size() >= kMostErrors)
+            if (options_.collectErrors->size() >= kMaxErrors)
                 return;
             if (!done_)
                 Resync();
@@ -730,8 +730,8 @@ void Parser::ReadParam(ParamSet *set) {
             other = std::move(p);
             return;
         }
-    if (set->params.size() >= kMostParameters)
-        Fail(declaration, "more than " + std::to_string(kMostParameters) + " parameters of one directive");
+    if (set->params.size() >= kMaxParameters)
+        Fail(declaration, "more than " + std::to_string(kMaxParameters) + " parameters of one directive");
     set->params.push_back(std::move(p));
 }
 
@@ -1059,10 +1059,10 @@ void Parser::Include(const Token &word) {
     const std::string name = ReadString(word, "a file name");
     const FileLoc loc = Loc(t);
     const std::string path = ResolveFilename(*folder_, name);
-    if (files_.size() >= kDeepestInclude)
-        Fail(t, "Include goes " + std::to_string(kDeepestInclude) + " files deep here, which is too deep");
-    if (++includes_ > kMostIncludes)
-        Fail(t, "more than " + std::to_string(kMostIncludes) + " files are included, which is too many");
+    if (files_.size() >= kMaxIncludeDepth)
+        Fail(t, "Include goes " + std::to_string(kMaxIncludeDepth) + " files deep here, which is too deep");
+    if (++includes_ > kMaxIncludes)
+        Fail(t, "more than " + std::to_string(kMaxIncludes) + " files are included, which is too many");
     std::error_code ec;
     const std::filesystem::path canonicalPath = std::filesystem::weakly_canonical(path, ec);
     const std::string canonical = ec ? path : canonicalPath.string();
@@ -1082,8 +1082,8 @@ void Parser::Include(const Token &word) {
 
 void Parser::BeginBlock(const Token &word, Block::Kind kind) {
     RequireWorld(word);
-    if (blocks_.size() >= kDeepestBlock)
-        Fail(word, "blocks are nested " + std::to_string(kDeepestBlock) +
+    if (blocks_.size() >= kMaxBlockDepth)
+        Fail(word, "blocks are nested " + std::to_string(kMaxBlockDepth) +
                        " deep here: " + std::string(word.text) + " without its end?");
     blocks_.push_back({kind, Loc(word), state_, names_.Mark(), ctm_, active_});
 }

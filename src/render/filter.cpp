@@ -9,8 +9,8 @@ namespace {
 constexpr std::string_view kNames[] = {"box", "triangle", "gaussian", "mitchell", "sinc"};
 // Steps of the tables: linear interpolation is then off by less than 2e-6 of the peak for every filter.
 constexpr size_t kSteps = 4096;
-constexpr double kWidest = 1000;       // pixels; rays from farther off the picture have no meaning
-constexpr float kLargestWeight = 1000; // 1.3 for pbrt-v3's filters as they are
+constexpr double kWidest = 1000;   // pixels; rays from farther off the picture have no meaning
+constexpr float kMaxWeight = 1000; // 1.3 for pbrt-v3's filters as they are
 
 double Sinc(double x) {
     x = std::abs(x) * kPi<double>;
@@ -95,7 +95,7 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
             negative |=
                 Evaluate1D(-axis.radius + 2 * axis.radius / kSteps * static_cast<double>(k), axis.radius) < 0;
     weight_ = negative ? static_cast<float>(absIntegral_ / integral_) : 1;
-    if (!(weight_ <= kLargestWeight))
+    if (!(weight_ <= kMaxWeight))
         throw Error("filter " + name + ": its negative lobes all but cancel its positive ones");
 }
 

@@ -156,9 +156,9 @@ SamplerSetup MakeSampler(const Entity &entity) {
             params.FindBool("samplepixelcenter", false);
     }
     params.FindInt("dimensions", 4);
-    if (setup.spp < 1 || setup.spp > kMostSamples)
-        throw Error(params.loc, "sampler: the samples per pixel must be 1 to " +
-                                    std::to_string(kMostSamples) + ", not " + std::to_string(setup.spp));
+    if (setup.spp < 1 || setup.spp > kMaxSamples)
+        throw Error(params.loc, "sampler: the samples per pixel must be 1 to " + std::to_string(kMaxSamples) +
+                                    ", not " + std::to_string(setup.spp));
     return setup;
 }
 

@@ -45,7 +45,7 @@ class PixelSampler {
 };
 
 // The most samples per pixel: indices keep eight bits to spare, and no picture needs more.
-constexpr int kMostSamples = 1 << 24;
+constexpr int kMaxSamples = 1 << 24;
 
 struct SamplerSetup {
     SamplerKind kind = SamplerKind::LowDiscrepancy;
@@ -53,7 +53,7 @@ struct SamplerSetup {
 };
 // Sampler directives, with pbrt-v3's names and defaults: halton, sobol, 02sequence, lowdiscrepancy,
 // zerotwosequence, maxmindist and stratified (xsamples ysamples) all mean LowDiscrepancy; random means
-// Independent. An unknown name, fewer than 1 sample or more than kMostSamples is an Error.
+// Independent. An unknown name, fewer than 1 sample or more than kMaxSamples is an Error.
 SamplerSetup MakeSampler(const Entity &entity);
 
 } // namespace cuticle

@@ -289,10 +289,10 @@ class Scene::Builder {
     static Groom ReadHairFileShape(const ParamSet &p, SegmentOptions *options, float *widthScale) {
         *widthScale *= p.FindFloat("widthscale", 1);
         options->segmentsPerStrand = p.FindInt("segments", 0);
-        constexpr int kMostPerStrand = 10000;
-        if (options->segmentsPerStrand < 0 || options->segmentsPerStrand > kMostPerStrand)
+        constexpr int kMaxPerStrand = 10000;
+        if (options->segmentsPerStrand < 0 || options->segmentsPerStrand > kMaxPerStrand)
             throw Error(p.loc, "\"segments\" must be 0 (as the file has them) to " +
-                                   std::to_string(kMostPerStrand) + ", not " +
+                                   std::to_string(kMaxPerStrand) + ", not " +
                                    std::to_string(options->segmentsPerStrand));
         const float width = p.FindFloat("width", 0);
         if (p.Find("width") && !(width > 0))
@@ -371,7 +371,7 @@ class Scene::Builder {
     // No box can part curves that are wider than all of them together, and every ray would try every curve. A few are
     // a jest and are drawn; more are a mistaken number, and a picture that takes for ever.
     void RefuseGiantWidths(const std::vector<CurveSegment> &segments) const {
-        constexpr size_t kMostGiants = 1000;
+        constexpr size_t kMaxGiants = 1000;
         Bounds3f bounds;
         for (const CurveSegment &s : segments)
             for (const Point3f &p : s.cp)
@@ -386,7 +386,7 @@ class Scene::Builder {
                 giant = giant ? giant : &s;
                 ++giants;
             }
-        if (giants <= kMostGiants)
+        if (giants <= kMaxGiants)
             return;
         std::ostringstream says;
         says << giants << " curve segments are wider (" << std::max(giant->width[0], giant->width[1])
@@ -481,7 +481,7 @@ const StrandColors *Scene::StrandColorsOf(uint32_t group, uint32_t segment) cons
 }
 
 bool Scene::Part::Intersect(Ray ray, const CurveOrigin *origin, Hit *hit) const {
-    const bool hitSolid = haveSolids && solids.Meet(ray, &hit->solid);
+    const bool hitSolid = haveSolids && solids.Intersect(ray, &hit->solid);
     if (hitSolid)
         ray.tMax = hit->solid.t;
     hit->isCurve = haveCurves && (binaryCurves ? binaryCurves->Intersect(ray, origin, &hit->curve)
@@ -567,7 +567,7 @@ Vector3f ErrorInWorld(const Transform &toWorld, const Point3f &object, const Vec
 
 // Takes what was found in an object to the world. Of a curve the tangent stays exact and the normal is made
 // perpendicular to it. A mirror turns left and right across a fiber.
-void TakeToWorld(const Transform &toWorld, SurfaceInteraction *si) {
+void ToWorld(const Transform &toWorld, SurfaceInteraction *si) {
     const Point3f object = si->p;
     si->p = toWorld.Point(object);
     si->pError = ErrorInWorld(toWorld, object, si->pError, si->p);
@@ -630,7 +630,7 @@ bool Scene::Intersect(const SceneRay &sceneRay, SurfaceInteraction *si) const {
         if (instances_.Intersect(ray, IntersectInstance, &query)) {
             const auto instance = static_cast<uint32_t>(query.instance);
             Describe(*objectOf_[instance], query.objectRay, query.hit, si);
-            TakeToWorld(instances_.ObjectToWorld(instance), si);
+            ToWorld(instances_.ObjectToWorld(instance), si);
             si->instance = query.instance;
             si->wo = -sceneRay.ray.d;
             return true;

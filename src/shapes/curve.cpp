@@ -36,7 +36,7 @@ bool IsUsable(const CurveSegment &s) {
     if (s.cp[0] == s.cp[1] && s.cp[0] == s.cp[2] && s.cp[0] == s.cp[3])
         return false; // a point has no direction, so nothing is at right angles to it
     const float widest = std::max(s.width[0], s.width[1]);
-    return std::isfinite(s.width[0] + s.width[1]) && widest > 0 && widest <= kLargestCoordinate;
+    return std::isfinite(s.width[0] + s.width[1]) && widest > 0 && widest <= kMaxCoordinate;
 }
 //<
 
@@ -150,7 +150,7 @@ T CurveSearch<T>::WidthSeen(T u) const {
 }
 //<
 
-//> Meet a straight piece
+//> Intersect a straight piece
 template <typename T>
 bool CurveSearch<T>::IntersectLine(const Vector3<T> cp[4], T u0, T u1) {
     //> Reject a ray that passes beyond the piece's ends
@@ -366,7 +366,7 @@ bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degr
     const size_t n = CurveSegmentCount(count, basis, degree, error);
     if (n == 0)
         return false;
-    if (!(std::abs(width0) <= kLargestCoordinate && std::abs(width1) <= kLargestCoordinate)) {
+    if (!(std::abs(width0) <= kMaxCoordinate && std::abs(width1) <= kMaxCoordinate)) {
         if (error)
             *error = "the width of a curve must be a number up to 1e18 after the transformation";
         return false;

@@ -76,7 +76,7 @@ Normal3f RibbonNormal(const RibbonNormals &normals, float u);
 Vector3d EvalBezier(const Vector3d cp[4], double u, Vector3d *derivative = nullptr,
                     Vector3d *second = nullptr);
 // True where all control points are within reach and the widths finite, the larger is positive and at most
-// kLargestCoordinate, and the control points are not all the same: what an intersector keeps.
+// kMaxCoordinate, and the control points are not all the same: what an intersector keeps.
 bool IsUsable(const CurveSegment &segment);
 //<
 

@@ -18,7 +18,7 @@ struct Candidate {
     Real t, u, v;
     Real margin;
     // How much u may be off when F = C.C' is known to within the rounding of doubles: |error of F| / |F'|.
-    Real doubt;
+    Real nanTaint;
 };
 
 struct Vec2 {

@@ -254,7 +254,7 @@ class Builder {
     static constexpr uint32_t kParallel = 1 << 14;    // pieces from which children are built side by side
     static constexpr uint32_t kParallelBin = 1 << 17; // and pieces are counted into bins in parallel
     static constexpr uint32_t kOneAxis = 1 << 10;     // cut larger ranges across their longest axis only
-    static constexpr uint32_t kFewest = 8;            // of so few pieces nobody makes two leaves
+    static constexpr uint32_t kMinCount = 8;          // of so few pieces nobody makes two leaves
     static constexpr int kMedianDepth = 36;           // below, halve by number: bounds the depth
     // Above and below kParallel the depth is counted anew; to halve by number takes 14 levels below, at most 6 above.
     static_assert(2 * kMedianDepth + 6 + 14 < kMaxDepth);
@@ -536,7 +536,7 @@ uint32_t Builder::WritePlanned(const std::vector<BinaryNode> &tree, const std::v
 void Builder::BuildBinary(const Range &range, int depth, std::vector<BinaryNode> *tree) {
     const size_t self = tree->size();
     tree->push_back({range});
-    if (range.count <= kFewest)
+    if (range.count <= kMinCount)
         return;
     Range left, right;
     Split(range, depth > kMedianDepth, &left, &right);

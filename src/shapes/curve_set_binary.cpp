@@ -50,7 +50,7 @@ struct BinaryCurveBvh::Data {
     }
     void Build(std::vector<Item> *items, size_t first, size_t count, int depth);
     template <bool Any>
-    bool Walk(const Ray &ray, const CurveOrigin *origin, CurveHit *hit) const;
+    bool Traverse(const Ray &ray, const CurveOrigin *origin, CurveHit *hit) const;
 };
 //<
 
@@ -164,9 +164,9 @@ BinaryCurveBvh::BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<C
 }
 //<
 
-//> Meet a box
+//> Intersect a box
 namespace {
-bool MeetsBox(const Bounds3f &b, const Point3f &o, const Vector3f &inverse, float tMin, float tMax) {
+bool IntersectsBox(const Bounds3f &b, const Point3f &o, const Vector3f &inverse, float tMin, float tMax) {
     for (int c = 0; c < 3; ++c) {
         float t0 = (b.pMin[c] - o[c]) * inverse[c], t1 = (b.pMax[c] - o[c]) * inverse[c];
         if (t0 > t1)
@@ -182,9 +182,9 @@ bool MeetsBox(const Bounds3f &b, const Point3f &o, const Vector3f &inverse, floa
 } // namespace
 //<
 
-//> Walk down it
+//> Traverse it
 template <bool Any>
-bool BinaryCurveBvh::Data::Walk(const Ray &givenRay, const CurveOrigin *origin, CurveHit *hit) const {
+bool BinaryCurveBvh::Data::Traverse(const Ray &givenRay, const CurveOrigin *origin, CurveHit *hit) const {
     Ray ray = givenRay;
     const float length = ray.d.Length();
     if (nodes.empty() || !(length > 0) || !IsFinite(ray.d) || !IsFinite(ray.o))
@@ -202,14 +202,14 @@ bool BinaryCurveBvh::Data::Walk(const Ray &givenRay, const CurveOrigin *origin, 
     bool found = false;
     for (;;) {
         const BinaryNode &node = nodes[at];
-        if (MeetsBox(node.bounds, ray.o, inverse, ray.tMin, ray.tMax)) {
+        if (IntersectsBox(node.bounds, ray.o, inverse, ray.tMin, ray.tMax)) {
             if (node.count == 0) {
                 const bool backward = ray.d[node.axis] < 0;
                 stack[top++] = backward ? at + 1 : node.next;
                 at = backward ? node.next : at + 1;
                 continue;
             }
-            //> Meet the parts of a leaf, one after the other
+            //> Intersect the parts of a leaf, one after the other
             for (uint32_t i = node.next; i < node.next + node.count; ++i) {
                 const Primitive &p = primitives[i];
                 CurveSearch<float> search(segments[p.segment], Ribbon(p.segment), ray, 0.05f, maxDepth);
@@ -230,10 +230,10 @@ bool BinaryCurveBvh::Data::Walk(const Ray &givenRay, const CurveOrigin *origin, 
     }
 }
 bool BinaryCurveBvh::Intersect(const Ray &ray, const CurveOrigin *origin, CurveHit *hit) const {
-    return data_->Walk<false>(ray, origin, hit);
+    return data_->Traverse<false>(ray, origin, hit);
 }
 bool BinaryCurveBvh::Occluded(const Ray &ray, const CurveOrigin *origin) const {
-    return data_->Walk<true>(ray, origin, nullptr);
+    return data_->Traverse<true>(ray, origin, nullptr);
 }
 //<
 

@@ -1,4 +1,4 @@
-//> Meet curves in the lanes of registers
+//> Intersect curves in the lanes of registers
 // One text for all instruction sets: CUTICLE_KERNEL names the result, CUTICLE_LANES says how many floats a register
 // holds. Everything but the table at the end has internal linkage.
 #include "shapes/curve_set_kernel.h"
@@ -157,7 +157,7 @@ CUTICLE_INLINE __m512 Greatest(__m512 a, __m512 b) {
 //<
 
 //> Describe a ray made ready
-struct Traveller {
+struct TraversalRay {
     // In double precision: the ray's own origin, a frame whose z is its direction, and the length of the direction.
     // Along the ray everything is measured in distances, which are t times that length.
     double o[3], x[3], y[3], z[3];
@@ -204,7 +204,7 @@ CUTICLE_INLINE double SelfDistance(const Tree &tree, const Query &query, const d
 
 //> Make the ray ready
 // False: it meets nothing.
-CUTICLE_INLINE bool Start(const Tree &tree, const Query &q, Traveller *r) {
+CUTICLE_INLINE bool Start(const Tree &tree, const Query &q, TraversalRay *r) {
     double d2 = 0;
     for (int c = 0; c < 3; ++c) {
         r->o[c] = q.o[c];
@@ -289,7 +289,7 @@ CUTICLE_INLINE double PolygonLength(const float *s) {
 
 // Asked only of hits nearer than selfDistance. Walks along the strand from the segment that the ray left to the one it
 // hit, as long as end meets beginning, and adds up the way.
-[[gnu::noinline]] bool IsOwnStrand(const Tree &tree, const Traveller &r, uint32_t segment, double u,
+[[gnu::noinline]] bool IsOwnStrand(const Tree &tree, const TraversalRay &r, uint32_t segment, double u,
                                    double t) {
     const double farthest = 2 * (t > 0 ? t : 0) + 4 * r.originRadius;
     const bool forward = segment > r.originSegment;
@@ -335,7 +335,8 @@ struct Best {
 
 //> Accept a root
 // s: where C.C' = 0. Takes it if the ray passes within half the width there, and nearer than what was found before.
-CUTICLE_INLINE void AcceptRoot(const Tree &tree, const Traveller &r, const Piece &p, double s, Best *best) {
+CUTICLE_INLINE void AcceptRoot(const Tree &tree, const TraversalRay &r, const Piece &p, double s,
+                               Best *best) {
     const double a = p.a[0] + s * (p.a1 + s * (p.a2 + s * p.a3));
     const double b = p.b[0] + s * (p.b1 + s * (p.b2 + s * p.b3));
     const double u = p.u0 + s * p.du;
@@ -436,13 +437,13 @@ CUTICLE_INLINE int SignChanges(const double *f) {
 //> Find all roots where there may be several
 // A piece seen nearly along itself, or bent round the ray. Halve until each part has one root or none, or is out of
 // reach. Rare, so it is written for safety.
-[[gnu::noinline]] void FindSeveralRoots(const Tree &tree, const Traveller &r, const Piece &p,
+[[gnu::noinline]] void FindSeveralRoots(const Tree &tree, const TraversalRay &r, const Piece &p,
                                         const double *coefficients, Best *best) {
     struct Part {
         double f[6], lo, hi;
     };
-    constexpr int kDeepest = 34;
-    Part stack[kDeepest + 2];
+    constexpr int kMaxDepth = 34;
+    Part stack[kMaxDepth + 2];
     int top = 0;
     for (int i = 0; i < 6; ++i)
         stack[0].f[i] = coefficients[i];
@@ -482,7 +483,7 @@ CUTICLE_INLINE int SignChanges(const double *f) {
         if (a * a + b * b > reach * reach)
             continue;
         //<
-        if (half < 1e-10 || top + 2 > kDeepest) {
+        if (half < 1e-10 || top + 2 > kMaxDepth) {
             AcceptRoot(tree, r, p, mid, best);
             continue;
         }
@@ -506,8 +507,8 @@ CUTICLE_INLINE int SignChanges(const double *f) {
 }
 //<
 
-//> Meet one piece
-CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t piece, Best *best) {
+//> Intersect one piece
+CUTICLE_INLINE void IntersectPiece(const Tree &tree, const TraversalRay &r, uint32_t piece, Best *best) {
     Piece p;
     p.index = piece >> tree.split;
     const float *s = tree.segments + kSegmentWords * size_t(p.index);
@@ -576,8 +577,8 @@ CUTICLE_INLINE void MeetPiece(const Tree &tree, const Traveller &r, uint32_t pie
 //> Test the capsules of a leaf
 // One bit for each of the leaf's n pieces, from `first` on, whose capsule the ray meets between nearest and farthest.
 // All lengths are in the leaf's units.
-CUTICLE_INLINE uint32_t MeetCapsules(const LeafFrame &frame, const unsigned char *numbers, int n, int first,
-                                     const Traveller &r, float slack) {
+CUTICLE_INLINE uint32_t IntersectCapsules(const LeafFrame &frame, const unsigned char *numbers, int n,
+                                          int first, const TraversalRay &r, float slack) {
     using F = Lanes;
     using I = Pack<kLanes>::I;
     //> Resolve the axes of the capsules across and along the ray
@@ -612,10 +613,10 @@ CUTICLE_INLINE uint32_t MeetCapsules(const LeafFrame &frame, const unsigned char
 }
 //<
 
-//> Meet a leaf
+//> Intersect a leaf
 // True: some piece was hit (for any-hit rays the search ends there).
 template <bool Any>
-CUTICLE_INLINE bool MeetLeaf(const Tree &tree, Traveller *r, uint32_t leafRef, Answer *answer) {
+CUTICLE_INLINE bool IntersectLeaf(const Tree &tree, TraversalRay *r, uint32_t leafRef, Answer *answer) {
     const int n = static_cast<int>((leafRef >> kLeafCountShift) & 15) + 1;
     const unsigned char *data = tree.leaves + kLeafUnit * size_t(leafRef & kLeafPlaceMask);
     LeafFrame frame;
@@ -623,7 +624,7 @@ CUTICLE_INLINE bool MeetLeaf(const Tree &tree, Traveller *r, uint32_t leafRef, A
     const unsigned char *pieces = data + sizeof(frame);
     uint32_t bits = 0;
     for (int first = 0; first < n; first += kLanes)
-        bits |= MeetCapsules(frame, pieces + 4 * n, n, first, *r, tree.slack) << first;
+        bits |= IntersectCapsules(frame, pieces + 4 * n, n, first, *r, tree.slack) << first;
     bits &= (2u << (n - 1)) - 1;
     bool hit = false;
     while (bits != 0) {
@@ -632,7 +633,7 @@ CUTICLE_INLINE bool MeetLeaf(const Tree &tree, Traveller *r, uint32_t leafRef, A
         uint32_t piece;
         __builtin_memcpy(&piece, pieces + 4 * i, 4);
         Best best{r->farthest, 0, 0, false};
-        MeetPiece(tree, *r, piece, &best);
+        IntersectPiece(tree, *r, piece, &best);
         if (!best.found)
             continue;
         hit = true;
@@ -653,7 +654,7 @@ CUTICLE_INLINE bool MeetLeaf(const Tree &tree, Traveller *r, uint32_t leafRef, A
 
 //> Test the boxes of the children
 // One bit for each; enter[i]: where.
-CUTICLE_INLINE uint32_t MeetBoxes(const Node &node, const Traveller &r, float *enter) {
+CUTICLE_INLINE uint32_t IntersectBoxes(const Node &node, const TraversalRay &r, float *enter) {
     using F = BoxLanes;
     uint32_t bits = 0;
     for (int i = 0; i < kWidth; i += kBoxLanes) {
@@ -681,10 +682,10 @@ CUTICLE_INLINE void Prefetch(const Tree &tree, uint32_t child) {
 }
 //<
 
-//> Walk down the tree
+//> Traverse the tree
 // To the nearest hit.
-CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
-    Traveller r;
+CUTICLE_INLINE bool Traverse(const Tree &tree, const Query &query, Answer *answer) {
+    TraversalRay r;
     if (tree.nodes == nullptr || !Start(tree, query, &r))
         return false;
     struct Waiting {
@@ -697,12 +698,12 @@ CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
     bool hit = false;
     for (;;) {
         if (at & kLeafBit) {
-            hit |= MeetLeaf<false>(tree, &r, at, answer);
+            hit |= IntersectLeaf<false>(tree, &r, at, answer);
         } else {
             //> Enter a node: the nearest child next, the others wait in order
             const Node &node = tree.nodes[at];
             alignas(64) float enter[kWidth];
-            uint32_t bits = MeetBoxes(node, r, enter);
+            uint32_t bits = IntersectBoxes(node, r, enter);
             if (bits != 0) {
                 int i = __builtin_ctz(bits);
                 bits &= bits - 1;
@@ -742,7 +743,7 @@ CUTICLE_INLINE bool Walk(const Tree &tree, const Query &query, Answer *answer) {
 }
 //<
 
-//> Walk until something is met
+//> Traverse until something is hit
 // Appends the children whose bits are set to a list that has room for all; returns how many.
 CUTICLE_INLINE int Append(const uint32_t *child, uint32_t bits, uint32_t *list) {
 #if defined(__AVX512VL__)
@@ -759,8 +760,8 @@ CUTICLE_INLINE int Append(const uint32_t *child, uint32_t bits, uint32_t *list) 
     return n;
 #endif
 }
-CUTICLE_INLINE bool WalkToAny(const Tree &tree, const Query &query) {
-    Traveller r;
+CUTICLE_INLINE bool TraverseAny(const Tree &tree, const Query &query) {
+    TraversalRay r;
     if (tree.nodes == nullptr || !Start(tree, query, &r))
         return false;
     uint32_t waiting[kMaxDepth * (kWidth - 1) + kWidth];
@@ -769,19 +770,19 @@ CUTICLE_INLINE bool WalkToAny(const Tree &tree, const Query &query) {
     while (n > 0) {
         const uint32_t at = waiting[--n];
         if (at & kLeafBit) {
-            if (MeetLeaf<true>(tree, &r, at, nullptr))
+            if (IntersectLeaf<true>(tree, &r, at, nullptr))
                 return true;
         } else {
             float enter[kWidth];
-            n += Append(tree.nodes[at].child, MeetBoxes(tree.nodes[at], r, enter), waiting + n);
+            n += Append(tree.nodes[at].child, IntersectBoxes(tree.nodes[at], r, enter), waiting + n);
         }
     }
     return false;
 }
 //<
 
-bool Intersect(const Tree &tree, const Query &query, Answer *answer) { return Walk(tree, query, answer); }
-bool Occluded(const Tree &tree, const Query &query) { return WalkToAny(tree, query); }
+bool Intersect(const Tree &tree, const Query &query, Answer *answer) { return Traverse(tree, query, answer); }
+bool Occluded(const Tree &tree, const Query &query) { return TraverseAny(tree, query); }
 
 } // namespace
 

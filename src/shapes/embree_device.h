@@ -32,13 +32,13 @@ class EmbreeDevice {
 
 // Adds to a set's account what Embree takes while this object lives. Sets are built one after another; if two were built
 // at once, each might be billed for parts of the other.
-class EmbreeBill {
+class EmbreeMemoryScope {
   public:
-    EmbreeBill(const EmbreeDevice &device, ptrdiff_t *account)
+    EmbreeMemoryScope(const EmbreeDevice &device, ptrdiff_t *account)
         : device_(device), account_(account), before_(device.Bytes()) {}
-    ~EmbreeBill() { *account_ += device_.Bytes() - before_; }
-    EmbreeBill(const EmbreeBill &) = delete;
-    EmbreeBill &operator=(const EmbreeBill &) = delete;
+    ~EmbreeMemoryScope() { *account_ += device_.Bytes() - before_; }
+    EmbreeMemoryScope(const EmbreeMemoryScope &) = delete;
+    EmbreeMemoryScope &operator=(const EmbreeMemoryScope &) = delete;
 
   private:
     const EmbreeDevice &device_;

@@ -18,7 +18,7 @@ struct Instance {
 // The query on its way through Embree; base comes first, so that the callbacks find the rest.
 struct Context {
     RTCIntersectContext base;
-    InstanceSet::Meet meet;
+    InstanceSet::Intersect meet;
     void *query;
 };
 
@@ -120,7 +120,7 @@ void InstanceSet::Commit() {
         return;
     Impl &i = *impl_;
     i.instances.shrink_to_fit();
-    const EmbreeBill bill(*i.device, &i.embreeBytes);
+    const EmbreeMemoryScope scope(*i.device, &i.embreeBytes);
     i.scene = rtcNewScene(*i.device);
     rtcSetSceneFlags(i.scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(i.scene, RTC_BUILD_QUALITY_HIGH);
@@ -137,7 +137,7 @@ void InstanceSet::Commit() {
     i.device->Check("cannot build over the instances");
 }
 
-bool InstanceSet::Intersect(const Ray &ray, Meet meet, void *query) const {
+bool InstanceSet::Intersect(const Ray &ray, Intersect meet, void *query) const {
     if (!impl_ || !impl_->Query(ray))
         return false;
     Context context{{}, meet, query};
@@ -149,7 +149,7 @@ bool InstanceSet::Intersect(const Ray &ray, Meet meet, void *query) const {
     return rayHit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
 }
 
-bool InstanceSet::Occluded(const Ray &ray, Meet meet, void *query) const {
+bool InstanceSet::Occluded(const Ray &ray, Intersect meet, void *query) const {
     if (!impl_ || !impl_->Query(ray))
         return false;
     Context context{{}, meet, query};

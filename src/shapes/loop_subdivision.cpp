@@ -9,7 +9,7 @@ namespace cuticle {
 namespace {
 
 constexpr uint32_t kNone = UINT32_MAX;
-constexpr size_t kMostTriangles = size_t(1) << 27;
+constexpr size_t kMaxTriangles = size_t(1) << 27;
 
 // Half-edge h = 3 f + i runs from corner i of face f to the next corner.
 uint32_t Next(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
@@ -220,10 +220,10 @@ Vector3d LimitNormal(const Surface &s, uint32_t v, const std::vector<uint32_t> &
 } // namespace
 
 TriangleMesh LoopSubdivide(const TriangleMesh &control, int levels) {
-    if (levels < 0 || levels > 13 || control.indices.size() / 3 << (2 * levels) > kMostTriangles)
+    if (levels < 0 || levels > 13 || control.indices.size() / 3 << (2 * levels) > kMaxTriangles)
         throw Error("loopsubdiv: " + std::to_string(levels) + " levels of " +
                     std::to_string(control.indices.size() / 3) +
-                    " faces; levels must be at least 0 and leave at most " + std::to_string(kMostTriangles) +
+                    " faces; levels must be at least 0 and leave at most " + std::to_string(kMaxTriangles) +
                     " triangles");
     Surface s = SurfaceOf(control);
     for (int i = 0; i < levels; ++i)

@@ -480,7 +480,7 @@ struct PlaneHit {
     double t;
     Vector3d b;
 };
-PlaneHit MeetPlane(const Mesh &mesh, uint32_t triangle, const Ray &ray) {
+PlaneHit IntersectPlane(const Mesh &mesh, uint32_t triangle, const Ray &ray) {
     const uint32_t *v = mesh.Corners(triangle);
     const Vector3d p0 = mesh.P(v[0]), e1 = mesh.P(v[1]) - p0, e2 = mesh.P(v[2]) - p0;
     const Vector3d o(ray.o), d(ray.d), s = o - p0, n = Cross(e1, e2);
@@ -503,7 +503,7 @@ void MeshFilter(const RTCFilterFunctionNArguments *args) {
     const auto *mesh = static_cast<const Mesh *>(args->geometryUserPtr);
     const Ray ray = FromEmbree(*reinterpret_cast<const RTCRay *>(args->ray));
     const uint32_t triangle = RTCHitN_primID(args->hit, 1, 0);
-    const PlaneHit hit = MeetPlane(*mesh, triangle, ray);
+    const PlaneHit hit = IntersectPlane(*mesh, triangle, ray);
     if (!(hit.t > static_cast<double>(ray.tMin))) {
         args->valid[0] = 0;
         return;
@@ -557,7 +557,7 @@ struct SolidSet::Impl {
     bool committed = false;
 
     Impl() {
-        const EmbreeBill bill(*device, &embreeBytes);
+        const EmbreeMemoryScope scope(*device, &embreeBytes);
         scene = rtcNewScene(*device);
         rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
         rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
@@ -650,7 +650,7 @@ uint32_t SolidSet::AddMesh(TriangleMesh given, uint32_t shapeId, bool flipNormal
 
     const uint32_t id = impl_->NextId();
     if (kept > 0) {
-        const EmbreeBill bill(*impl_->device, &impl_->embreeBytes);
+        const EmbreeMemoryScope scope(*impl_->device, &impl_->embreeBytes);
         // Embree reads 16 bytes for each vertex of 12: one spare behind the last.
         m.p.reserve(m.p.size() + 1);
         RTCGeometry geometry = rtcNewGeometry(*impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -681,7 +681,7 @@ uint32_t SolidSet::Impl::Add(std::unique_ptr<Quadric> quadric, uint32_t shapeId,
         if (!IsWithinReach(b.pMin) || !IsWithinReach(b.pMax))
             throw Error(std::string(name) + ": its coordinates are not finite or beyond 1e18");
         bound.Extend(b);
-        const EmbreeBill bill(*device, &embreeBytes);
+        const EmbreeMemoryScope scope(*device, &embreeBytes);
         RTCGeometry geometry = rtcNewGeometry(*device, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryUserPrimitiveCount(geometry, 1);
         rtcSetGeometryUserData(geometry, quadric.get());
@@ -842,7 +842,7 @@ uint32_t SolidSet::AddHyperboloid(const Transform &objectToWorld, const Point3f 
 }
 
 void SolidSet::Commit() {
-    const EmbreeBill bill(*impl_->device, &impl_->embreeBytes);
+    const EmbreeMemoryScope scope(*impl_->device, &impl_->embreeBytes);
     // In one thread: where two triangles tie on an edge, the tree decides, and it must not depend on how
     // many threads built it.
     tbb::task_arena one(1);
@@ -851,7 +851,7 @@ void SolidSet::Commit() {
     impl_->committed = true;
 }
 
-bool SolidSet::Meet(const Ray &ray, SolidPoint *point) const {
+bool SolidSet::Intersect(const Ray &ray, SolidPoint *point) const {
     if (!impl_->Query(ray))
         return false;
     HitContext context;
@@ -914,7 +914,7 @@ SolidHit SolidSet::Describe(const SolidPoint &point) const {
 
 bool SolidSet::Intersect(const Ray &ray, SolidHit *hit) const {
     SolidPoint point;
-    if (!Meet(ray, &point))
+    if (!Intersect(ray, &point))
         return false;
     *hit = Describe(point);
     return true;

@@ -94,9 +94,9 @@ class SolidSet {
     void Commit();
 
     // The nearest hit with t in (ray.tMin, ray.tMax). A ray with a NaN or without a direction meets nothing.
-    bool Meet(const Ray &ray, SolidPoint *point) const;
+    bool Intersect(const Ray &ray, SolidPoint *point) const;
     SolidHit Describe(const SolidPoint &point) const;
-    bool Intersect(const Ray &ray, SolidHit *hit) const; // Meet and Describe
+    bool Intersect(const Ray &ray, SolidHit *hit) const; // Intersect and Describe
     bool Occluded(const Ray &ray) const;
     Bounds3f WorldBound() const; // empty without shapes
     size_t Geometries() const;

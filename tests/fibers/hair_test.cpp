@@ -213,7 +213,7 @@ TEST_P(Hair, NarrowLobesAreAsGoodAsTheirDirections) {
         const double cosI = std::hypot(static_cast<double>(wi.y), static_cast<double>(wi.z));
         const double cosO = std::hypot(static_cast<double>(wo.y), static_cast<double>(wo.z));
         const double sigma =
-            std::sqrt(std::max(UnscaledVariance(static_cast<double>(betaM)) / 4, kSmallestV<double>));
+            std::sqrt(std::max(UnscaledVariance(static_cast<double>(betaM)) / 4, kMinV<double>));
         const double movement =
             6e-8 / std::min(cosI, cosO) / AzimuthalScale(static_cast<double>(betaN)) + 6e-8 * 4 / sigma;
         worst = std::max(worst, std::abs(static_cast<double>(value.pdf) / exact - 1) / (1e-6 + movement));
@@ -367,8 +367,8 @@ TEST_P(Hair, BetaMZeroIsADeltaCone) {
                       {rng.UniformFloat(), rng.UniformFloat(), rng.UniformFloat(), rng.UniformFloat()}, &pdf);
         const double thetaI = std::atan2(static_cast<double>(wi.x),
                                          std::hypot(static_cast<double>(wi.y), static_cast<double>(wi.z)));
-        ASSERT_NEAR(thetaI, -thetaO, 8 * std::sqrt(kSmallestV<double>));
-        squares += Sqr(thetaI + thetaO) / kSmallestV<double>;
+        ASSERT_NEAR(thetaI, -thetaO, 8 * std::sqrt(kMinV<double>));
+        squares += Sqr(thetaI + thetaO) / kMinV<double>;
     }
     // The mean square of n normal numbers is 1 +- 5 sqrt(2 / n); the rounding of wo and wi moves it by 1e-3 at most.
     EXPECT_NEAR(squares / n, 1, 5 * std::sqrt(2. / n) + 1e-3);
@@ -380,7 +380,7 @@ TEST_P(Hair, BetaNZeroIsANarrowLogistic) {
     const HairBSDF hair(0.3f, kEta, Spectrum(1e6f), 0.3f, 0, 0);
     double sum = 0;
     const int n = 100000;
-    const double phiR = -2 * std::asin(static_cast<double>(parameters.h)), s = kSmallestS<double>;
+    const double phiR = -2 * std::asin(static_cast<double>(parameters.h)), s = kMinS<double>;
     for (int i = 0; i < n; ++i) {
         Vector3f wi;
         float pdf = 0;
@@ -397,7 +397,7 @@ TEST_P(Hair, BetaNZeroIsANarrowLogistic) {
 }
 // facts: 1 + v log(...) rounds to 1 in narrow lobes. The mean of the sampled cosine's distance from 1 is v.
 TEST(HairModel, SampledCosineKeepsNarrowLobes) {
-    for (const float v : {kSmallestV<float>, 1e-7f, 1e-4f, 0.01f, 1.f, 100.f}) {
+    for (const float v : {kMinV<float>, 1e-7f, 1e-4f, 0.01f, 1.f, 100.f}) {
         double mean = 0;
         const int n = 100000;
         for (int i = 0; i < n; ++i)
@@ -667,7 +667,7 @@ TEST(HairModel, LogisticAtBetaNOneIsTrimmed) {
     EXPECT_NEAR(sum * 2 * std::numbers::pi / n, 1, 1e-9);
 }
 TEST(HairModel, SampledLogisticInvertsItsDistribution) {
-    for (const double s : {kSmallestS<double>, 0.01, 0.3, 4.28})
+    for (const double s : {kMinS<double>, 0.01, 0.3, 4.28})
         for (const double u : {1e-9, 0.01, 0.3, 0.5, 0.7, 0.999, 1 - 1e-9}) {
             const double x = SampleTrimmedLogistic(u, s, LogisticTail(s));
             const double pi = std::numbers::pi;

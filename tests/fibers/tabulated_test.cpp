@@ -249,7 +249,7 @@ TEST(Tabulated, SharesTablesAndRefusesNonsense) {
             EXPECT_NEAR(wi.Length(), 1, 1e-5);
             EXPECT_TRUE(std::isfinite(bsdf.f(wo, Vector3f(1, 0, 0))[0]));
         }
-    EXPECT_TRUE(std::isnan(bsdf.f(Vector3f(NAN, 0, 1), Vector3f(0, 0, 1))[0])) << "doubt is carried on";
+    EXPECT_TRUE(std::isnan(bsdf.f(Vector3f(NAN, 0, 1), Vector3f(0, 0, 1))[0])) << "nanTaint is carried on";
 }
 
 } // namespace

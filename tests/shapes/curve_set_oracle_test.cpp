@@ -230,7 +230,8 @@ void Judge(const Model &m, const CurveSet &set, const Ray &ray, Tally *tally) {
         return 0x1p-22L * std::abs(c.t) + 1e-4L * radius(c) / length;
     };
     const auto sure = [&](const Candidate &c) {
-        return c.margin > kEdge && c.u >= 0 && c.u <= 1 && c.t - allowance(c) > ray.tMin && c.doubt < 1e-7L;
+        return c.margin > kEdge && c.u >= 0 && c.u <= 1 && c.t - allowance(c) > ray.tMin &&
+               c.nanTaint < 1e-7L;
     };
     const Candidate *nearest = nullptr;
     bool possible = false;
