@@ -2,9 +2,8 @@
 #include "cli/commands.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/parallel.h"
 #include "figures/fiber_plot.h"
-
-#include <tbb/global_control.h>
 
 #include <chrono>
 #include <iostream>
@@ -149,9 +148,9 @@ void RunGoniometer(GoniometerArguments a) {
     if (a.view.channel >= a.fiber.sigmaA.size())
         throw Error("--channel must be below the number of channels, which is that of --sigma-a: " +
                     std::to_string(a.fiber.sigmaA.size()));
-    std::optional<tbb::global_control> limit;
+    std::optional<ThreadLimit> limit;
     if (a.threads > 0)
-        limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(a.threads));
+        limit.emplace(static_cast<size_t>(a.threads));
 
     const std::vector<std::string> names = a.output.empty() ? std::vector<std::string>() : OutputNames(a);
     const auto start = std::chrono::steady_clock::now();

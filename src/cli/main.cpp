@@ -1,8 +1,7 @@
 // cuticle: one program, one command for each thing it does.
 #include "cli/commands.h"
+#include "core/check.h"
 #include "core/error.h"
-
-#include <glog/logging.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -23,8 +22,7 @@ void CheckFolderName(const std::string &folder, const std::string &files) {
 } // namespace cuticle
 
 static int Run(int argc, char **argv) {
-    google::InitGoogleLogging(argv[0]);
-    FLAGS_logtostderr = true;
+    cuticle::InstallCheckHandler();
     CLI::App app{"Cuticle renders pbrt-v3 scenes that hold hair.", "cuticle"};
     app.set_version_flag("--version", "cuticle " CUTICLE_VERSION);
     app.require_subcommand(1);

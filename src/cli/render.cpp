@@ -2,14 +2,13 @@
 #include "cli/commands.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/parallel.h"
 #include "materials/hair_models.h"
 #include "render/renderer.h"
 #include "render/sampler.h"
 #include "scene/scene.h"
 
 #include <nlohmann/json.hpp>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <atomic>
 #include <chrono>
@@ -82,11 +81,12 @@ void CheckOutputs(const std::string &picture, const std::string &stats, const st
 }
 
 void RunRender(const RenderArguments &a) {
-    SetStrictWarnings(a.strict);
+    WarningLog warnings(a.strict);
+    const WarningScope scope(&warnings);
     // --threads bounds parsing and building as well as rendering
-    std::optional<tbb::global_control> limit;
+    std::optional<ThreadLimit> limit;
     if (a.threads > 0)
-        limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(a.threads));
+        limit.emplace(static_cast<size_t>(a.threads));
 
     auto start = std::chrono::steady_clock::now();
     SceneDescription description = ParseScene(a.scene);
@@ -109,7 +109,7 @@ void RunRender(const RenderArguments &a) {
     sceneOptions.binaryCurves = a.curves == "binary";
     const Scene scene(&description, sceneOptions);
     const double buildSeconds = SecondsSince(start);
-    FlushWarnings();
+    warnings.Flush();
 
     RenderOptions options;
     if (a.spp > 0)
@@ -127,7 +127,7 @@ void RunRender(const RenderArguments &a) {
     std::signal(SIGINT, OnInterrupt);
     RenderStats stats;
     const Image image = Render(description, scene, options, &stats);
-    FlushWarnings();
+    warnings.Flush();
     WriteImage(output, image);
 
     if (stats.nanSamples > 0)

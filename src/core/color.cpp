@@ -326,10 +326,9 @@ Spectrum ParseSPD(const std::string &text, const std::string &name) {
             }
             if (read != word.size() || !std::isfinite(value)) {
                 loc.column = static_cast<uint32_t>(at + 1);
-                throw Error(loc,
-                            "\"" + word.substr(0, 40) +
-                                "\" is not a finite number; the file holds wavelengths (nm) and values",
-                            whole);
+                throw Error(loc, "\"{}\" is not a finite number", word.substr(0, 40))
+                    .WithRemedy("the file holds wavelengths (nm) and values")
+                    .WithSourceLine(whole);
             }
             numbers.push_back(value);
             at = line.find_first_not_of(" \t\r,", end);

@@ -1,37 +1,27 @@
 #include "core/error.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iostream>
-#include <map>
-#include <mutex>
 #include <vector>
 
 namespace cuticle {
 
 namespace {
 
-struct WarningLog {
-    std::mutex mutex;
-    std::map<std::string, size_t> counts;
-    bool strict = false;
-};
-
-WarningLog &Log() {
-    static WarningLog log;
-    return log;
-}
-
-// The place of the innermost PlaceScope of this thread.
+// Of the innermost scopes of this thread; ThreadContext carries them to threads that help.
 thread_local const FileLoc *currentPlace = nullptr;
+thread_local WarningSink *currentSink = nullptr;
 
-// Where something is that happened at loc: there or, where that is not known, at the directive under way.
+// The place of something that happened at loc: loc itself or, where that is not known, the directive under way.
 const FileLoc &PlaceOf(const FileLoc &loc) { return loc.file || !currentPlace ? loc : *currentPlace; }
 
-// What to add to a message at loc: the directive under way that made another file be read.
+// The directive under way that made another file be read, as an addition to a message at loc.
 std::string UsedAt(const FileLoc &loc) {
     if (!currentPlace || !loc.file || !currentPlace->file || *loc.file == *currentPlace->file)
         return "";
-    return " (used at " + currentPlace->ToString() + ")";
+    return fmt::format(" (used at {})", currentPlace->ToString());
 }
 
 // Words of a damaged file stand in messages: no byte of them may move the cursor or end the text.
@@ -42,6 +32,7 @@ std::string Printable(std::string text) {
     return text;
 }
 
+// Levenshtein's distance: insertions, deletions and replacements that turn a into b.
 size_t EditDistance(std::string_view a, std::string_view b) {
     std::vector<size_t> row(b.size() + 1);
     for (size_t j = 0; j <= b.size(); ++j)
@@ -58,83 +49,99 @@ size_t EditDistance(std::string_view a, std::string_view b) {
     return row[b.size()];
 }
 
+// The part of a source line around the column, and a caret under it. Long lines (a million numbers on one line are
+// real) are cut.
+std::string QuotedLine(std::string_view line, uint32_t column1) {
+    constexpr size_t kAround = 60;
+    const size_t column = column1 > 0 ? column1 - 1 : 0;
+    const size_t begin = column > kAround ? column - kAround : 0;
+    const std::string_view shown = line.substr(std::min(begin, line.size()), 2 * kAround);
+    return fmt::format("\n    {}\n    {}^", Printable(std::string(shown)), std::string(column - begin, ' '));
+}
+
 } // namespace
 
 std::string FileLoc::ToString() const {
     if (!file)
         return "";
-    std::string s = *file;
-    if (line > 0)
-        s += ":" + std::to_string(line);
-    if (line > 0 && column > 0)
-        s += ":" + std::to_string(column);
-    return s;
+    if (line == 0)
+        return *file;
+    return column == 0 ? fmt::format("{}:{}", *file, line) : fmt::format("{}:{}:{}", *file, line, column);
 }
 
 PlaceScope::PlaceScope(const FileLoc &loc) : loc_(loc), outer_(currentPlace) { currentPlace = &loc_; }
 PlaceScope::~PlaceScope() { currentPlace = outer_; }
 
-static std::string Located(const FileLoc &given, const std::string &message, std::string_view sourceLine) {
-    const FileLoc &loc = PlaceOf(given);
-    std::string s = loc.ToString();
-    s += (s.empty() ? "" : ": ") + std::string("error: ") + Printable(message) + UsedAt(loc);
-    if (!sourceLine.empty()) {
-        // Long lines (a million numbers on one line are real) are shown around the column only.
-        constexpr size_t kAround = 60;
-        const size_t column = loc.column > 0 ? loc.column - 1 : 0;
-        const size_t begin = column > kAround ? column - kAround : 0;
-        const std::string_view shown = sourceLine.substr(std::min(begin, sourceLine.size()), 2 * kAround);
-        s += "\n    " + Printable(std::string(shown)) + "\n    " + std::string(column - begin, ' ') + "^";
-    }
-    return s;
+WarningScope::WarningScope(WarningSink *sink) : outer_(currentSink) { currentSink = sink; }
+WarningScope::~WarningScope() { currentSink = outer_; }
+
+ThreadContext::ThreadContext() : sink_(currentSink), place_(currentPlace) {}
+void ThreadContext::Apply() const { currentSink = sink_, currentPlace = place_; }
+
+Error::Error(const FileLoc &place, std::string what)
+    : place_(PlaceOf(place)), what_(std::move(what)), usedAt_(UsedAt(place_)) {
+    Print();
 }
 
-Error::Error(const std::string &message) : Error(FileLoc{}, message) {}
-
-Error::Error(const FileLoc &loc, const std::string &message, std::string_view sourceLine)
-    : std::runtime_error(Located(loc, message, sourceLine)) {}
-
-std::string Reason(const Error &e) {
-    const std::string_view text = e.what();
-    // What a PlaceScope lent it is no place of its own
-    const std::string prefix = (currentPlace ? currentPlace->ToString() + ": " : "") + "error: ";
-    for (const std::string_view p : {std::string_view(prefix), std::string_view("error: ")})
-        if (text.starts_with(p))
-            return std::string(text.substr(p.size()));
-    return std::string(text);
+Error &&Error::WithRemedy(std::string remedy) && {
+    remedy_ = std::move(remedy);
+    Print();
+    return std::move(*this);
 }
 
-void Warning(const FileLoc &loc, const std::string &kind, const std::string &message) {
-    WarningLog &log = Log();
-    const std::lock_guard lock(log.mutex);
-    if (log.strict)
-        throw Error(loc, message + " (a warning without --strict)");
-    if (log.counts[kind]++ == 0) {
-        const std::string where = PlaceOf(loc).ToString();
-        std::cerr << where << (where.empty() ? "" : ": ") << "warning: " << Printable(message) << UsedAt(loc)
-                  << "\n";
-    }
+Error &&Error::WithSourceLine(std::string_view line) && {
+    sourceLine_ = line;
+    Print();
+    return std::move(*this);
 }
 
-void Warning(const std::string &kind, const std::string &message) { Warning(FileLoc{}, kind, message); }
-
-void SetStrictWarnings(bool strict) {
-    const std::lock_guard lock(Log().mutex);
-    Log().strict = strict;
+std::string Error::Message() const {
+    if (remedy_.empty())
+        return what_;
+    const bool sentence = remedy_[0] >= 'A' && remedy_[0] <= 'Z';
+    return what_ + (sentence ? ". " : "; ") + remedy_;
 }
 
-size_t FlushWarnings() {
-    WarningLog &log = Log();
-    const std::lock_guard lock(log.mutex);
+void Error::Print() {
+    const std::string where = place_.ToString();
+    printed_ = where + (where.empty() ? "" : ": ") + "error: " + Printable(Message()) + usedAt_;
+    if (!sourceLine_.empty())
+        printed_ += QuotedLine(sourceLine_, place_.column);
+}
+
+void WarningLog::Warn(const FileLoc &place, const std::string &kind, const std::string &message) {
+    if (strict_)
+        throw Error(place, "{} (a warning without --strict)", message);
+    const std::lock_guard lock(mutex_);
+    if (counts_[kind]++ > 0)
+        return;
+    const std::string where = place.ToString();
+    std::cerr << where << (where.empty() ? "" : ": ") << "warning: " << Printable(message) << UsedAt(place)
+              << "\n";
+}
+
+size_t WarningLog::Flush() {
+    const std::lock_guard lock(mutex_);
     size_t total = 0;
-    for (const auto &[kind, count] : log.counts) {
+    for (const auto &[kind, count] : counts_) {
         total += count;
         if (count > 1)
             std::cerr << "warning: " << Printable(kind) << ": " << count - 1 << " more of this kind\n";
     }
-    log.counts.clear();
+    counts_.clear();
     return total;
 }
+
+void Warning(const FileLoc &loc, const std::string &kind, const std::string &message) {
+    if (currentSink) {
+        currentSink->Warn(PlaceOf(loc), kind, message);
+        return;
+    }
+    WarningLog printer;
+    printer.Warn(PlaceOf(loc), kind, message);
+}
+
+void Warning(const std::string &kind, const std::string &message) { Warning(FileLoc{}, kind, message); }
 
 std::string Suggestion(std::string_view name, const std::string_view *names, size_t count) {
     std::string_view best;
@@ -145,11 +152,8 @@ std::string Suggestion(std::string_view name, const std::string_view *names, siz
             best = names[i], bestDistance = d;
     }
     if (!best.empty())
-        return " Did you mean \"" + std::string(best) + "\"?";
-    std::string s = " Known are: ";
-    for (size_t i = 0; i < count; ++i)
-        s += (i ? ", " : "") + std::string(names[i]);
-    return s + ".";
+        return fmt::format("Did you mean \"{}\"?", best);
+    return fmt::format("Known are: {}.", fmt::join(names, names + count, ", "));
 }
 
 } // namespace cuticle

@@ -1,12 +1,17 @@
 // Errors and warnings that name file, line and column (the habit is pbrt-v4's).
 #pragma once
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <map>
 #include <memory>
-#include <stdexcept>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace cuticle {
 
@@ -17,22 +22,53 @@ struct FileLoc {
     std::string ToString() const; // "file:line:col", as much of it as is known
 };
 
-// Carries a complete message, "file:line:col: error: what, and what would be right". The program prints it and
-// exits with status 1; a library user catches it.
-class Error : public std::runtime_error {
+// Wrong input: where, what is wrong, and what would be right. The program prints what() and exits with status 1; a
+// library user catches it and may read the fields.
+//
+//     throw Error(loc, "\"lobes\" is {}", lobes).WithRemedy("it must be 1 to {}", kMaxSceneLobes);
+//
+// prints "scene.pbrt:2:9: error: "lobes" is 0; it must be 1 to 16". An error without a place of its own takes that of
+// the PlaceScope, if there is one.
+class Error : public std::exception {
   public:
-    // Without a place of its own it takes that of the PlaceScope, if there is one.
-    explicit Error(const std::string &message);
-    // A quoted source line, if given, is added below the message with a caret under the column.
-    Error(const FileLoc &loc, const std::string &message, std::string_view sourceLine = {});
-};
+    explicit Error(std::string what) : Error(FileLoc{}, std::move(what)) {}
+    Error(const FileLoc &place, std::string what);
+    // From a format string of libfmt, checked when it is compiled.
+    template <typename Arg, typename... Args>
+    Error(fmt::format_string<Arg, Args...> format, Arg &&arg, Args &&...args)
+        : Error(FileLoc{}, fmt::vformat(format, fmt::make_format_args(arg, args...))) {}
+    template <typename Arg, typename... Args>
+    Error(const FileLoc &place, fmt::format_string<Arg, Args...> format, Arg &&arg, Args &&...args)
+        : Error(place, fmt::vformat(format, fmt::make_format_args(arg, args...))) {}
 
-// The message of an error that knows no place, without "error: " in front: for a caller who knows it and throws again.
-std::string Reason(const Error &e);
+    // Adds what would be right: after "; ", or after ". " where it begins with a capital letter.
+    Error &&WithRemedy(std::string remedy) &&;
+    template <typename Arg, typename... Args>
+    Error &&WithRemedy(fmt::format_string<Arg, Args...> format, Arg &&arg, Args &&...args) && {
+        return std::move(*this).WithRemedy(fmt::vformat(format, fmt::make_format_args(arg, args...)));
+    }
+    // Quotes the line of the source below the message, with a caret under the place's column.
+    Error &&WithSourceLine(std::string_view line) &&;
+
+    const FileLoc &Place() const { return place_; }
+    const std::string &What() const { return what_; }
+    const std::string &Remedy() const { return remedy_; }
+    // What and remedy without place: for a caller who knows the place and throws again.
+    std::string Message() const;
+    // All of it, "file:line:col: error: what; remedy".
+    const char *what() const noexcept override { return printed_.c_str(); }
+
+  private:
+    void Print();
+    FileLoc place_;
+    std::string what_, remedy_, sourceLine_;
+    std::string usedAt_; // the directive under way that made another file be read
+    std::string printed_;
+};
 
 // While it lives, errors and warnings of this thread that know no place of their own are at this one: the directive
 // whose object is being made. Those at a place in another file (a mesh, a groom) say that it was used here. The
-// innermost scope counts.
+// innermost scope counts. ParallelFor carries it to the threads that help.
 class PlaceScope {
   public:
     explicit PlaceScope(const FileLoc &loc);
@@ -45,20 +81,61 @@ class PlaceScope {
     const FileLoc *outer_;
 };
 
-// Reports a warning on standard error, once per kind: repeats of one kind are counted and summed up by
-// FlushWarnings(). kind is a short fixed text ("unknown texture class"), message the whole sentence. With strict
-// warnings on, throws Error instead. Safe from any thread.
+// Takes the warnings of a render. kind is a short fixed text ("unknown texture class") that repeats share; message is
+// complete, with its place. Safe from any thread. May throw Error to refuse.
+class WarningSink {
+  public:
+    virtual ~WarningSink() = default;
+    virtual void Warn(const FileLoc &place, const std::string &kind, const std::string &message) = 0;
+};
+
+// While it lives, warnings of this thread (and of those that help it in ParallelFor) go to this sink. The innermost
+// scope counts; without any, each warning is printed on standard error.
+class WarningScope {
+  public:
+    explicit WarningScope(WarningSink *sink);
+    ~WarningScope();
+    WarningScope(const WarningScope &) = delete;
+    WarningScope &operator=(const WarningScope &) = delete;
+
+  private:
+    WarningSink *outer_;
+};
+
+// The usual sink: prints a warning on standard error once per kind and counts the repeats.
+class WarningLog : public WarningSink {
+  public:
+    // strict: every warning becomes an Error (cuticle render --strict).
+    explicit WarningLog(bool strict = false) : strict_(strict) {}
+    void Warn(const FileLoc &place, const std::string &kind, const std::string &message) override;
+    // Prints "kind: N more of this kind" for the kinds that repeated, and forgets all. Returns how many warnings
+    // (repeats included) there were since the last call.
+    size_t Flush();
+
+  private:
+    bool strict_;
+    std::mutex mutex_;
+    std::map<std::string, size_t> counts_;
+};
+
+// Hands a warning to the sink of this thread. message is the whole sentence, without place.
 void Warning(const FileLoc &loc, const std::string &kind, const std::string &message);
 void Warning(const std::string &kind, const std::string &message);
 
-// Makes every warning an Error (cuticle render --strict).
-void SetStrictWarnings(bool strict);
-// Prints "... and N more of this kind" for the kinds that repeated, and forgets all. Returns how many warnings
-// (repeats included) there were since the last call.
-size_t FlushWarnings();
+// What a thread that helps another takes over from it: sink and place. Copies share nothing that changes.
+class ThreadContext {
+  public:
+    ThreadContext();    // of this thread
+    void Apply() const; // on the thread that helps
+    bool operator==(const ThreadContext &) const = default;
 
-// " Did you mean "x"?" for the name nearest to `name` by edit distance, or " Known are: a, b, c." when none is
-// near. names: the valid ones.
+  private:
+    WarningSink *sink_;
+    const FileLoc *place_;
+};
+
+// "Did you mean "x"?" for the name nearest to `name` by edit distance, or "Known are: a, b, c." when none is near.
+// names: the valid ones.
 std::string Suggestion(std::string_view name, const std::string_view *names, size_t count);
 
 } // namespace cuticle

@@ -1,9 +1,7 @@
 //> Define the table of $N_p$
 #include "core/error.h"
+#include "core/parallel.h"
 #include "fibers/deon.h"
-
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <mutex>
 
@@ -58,9 +56,7 @@ DEonTableOf<T>::DEonTableOf(const DEonParameters &given)
     share_.resize(mean_.size());
     const DEonQuadrature<double> exact(p);
     // Isolated: a thread that waits here with a lock must not take up work that asks for the same lock.
-    tbb::this_task_arena::isolate([&] {
-        tbb::parallel_for(size_t(0), rows_ * lobes_, [&](size_t k) { Fill(exact, k / lobes_, k % lobes_); });
-    });
+    Isolated([&] { ParallelFor(rows_ * lobes_, [&](size_t k) { Fill(exact, k / lobes_, k % lobes_); }); });
 }
 // Linear between columns, so that the integral of a table's row is the sum of its trapezia.
 template <typename T>

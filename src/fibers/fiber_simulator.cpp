@@ -2,10 +2,9 @@
 #include "fibers/fiber_simulator.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/sampling.h"
 #include "fibers/hair_model.h"
-
-#include <tbb/parallel_for.h>
 
 namespace cuticle {
 
@@ -461,7 +460,7 @@ FiberHistogram SimulateFiber(const FiberDescription &fiber, const FiberLight &li
     for (uint64_t begin = 0; begin < measurement.samples; begin += kChunk * kWave) {
         const uint64_t end = std::min(measurement.samples, begin + kChunk * kWave);
         const uint64_t chunks = (end - begin + kChunk - 1) / kChunk;
-        tbb::parallel_for(uint64_t(0), chunks, [&](uint64_t i) {
+        ParallelFor(chunks, [&](uint64_t i) {
             const uint64_t first = begin + i * kChunk;
             RNG rng(MixBits(measurement.seed) ^ (first / kChunk));
             Tracer tracer(fiber, light, measurement, histogram);
@@ -469,7 +468,7 @@ FiberHistogram SimulateFiber(const FiberDescription &fiber, const FiberLight &li
             for (uint64_t s = first; s < std::min(end, first + kChunk); ++s)
                 tracer.Sample(&rng, &wave[i]);
         });
-        tbb::parallel_for(size_t(0), histogram.Classes(), [&](size_t c) {
+        ParallelFor(histogram.Classes(), [&](size_t c) {
             for (uint64_t i = 0; i < chunks; ++i)
                 wave[i].MoveTo(&histogram, c);
         });

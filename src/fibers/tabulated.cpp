@@ -2,10 +2,9 @@
 #include "fibers/tabulated.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/sampling.h"
 #include "fibers/hair_model.h"
-
-#include <tbb/parallel_for.h>
 
 #include <mutex>
 #include <numeric>
@@ -28,7 +27,7 @@ FiberTable::FiberTable(const FiberDescription &fiber, uint64_t samples) : fiber_
             throw Error("a table's absorptions must ascend");
     const size_t entries = kThetas * PhiCount(), planes = entries * Levels().size();
     shares_.resize(planes * kRows * kColumns), rowShares_.resize(planes * kRows), totals_.resize(planes);
-    tbb::parallel_for(size_t(0), entries, [&](size_t entry) { Fill(entry, samples); });
+    ParallelFor(entries, [&](size_t entry) { Fill(entry, samples); });
 }
 //<
 

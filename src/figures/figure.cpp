@@ -57,7 +57,7 @@ const Row &Find(std::span<const Row> rows, const std::string &name, const char *
             return row;
         names.emplace_back(nameOf(row));
     }
-    throw Error(std::string("no ") + what + " is called \"" + name + "\"." +
+    throw Error(std::string("no ") + what + " is called \"" + name + "\". " +
                 Suggestion(name, names.data(), names.size()));
 }
 

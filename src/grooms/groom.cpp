@@ -1,9 +1,9 @@
 #include "grooms/groom.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 
 #include <algorithm>
-#include <tbb/parallel_for.h>
 
 namespace cuticle {
 
@@ -339,7 +339,7 @@ void ForEachSegment(const Groom &groom, const SegmentOptions &options,
     };
     std::vector<Pieces> chunks(kChunks);
     for (size_t begin = 0; begin < groom.StrandCount(); begin += kChunk * kChunks) {
-        tbb::parallel_for(size_t(0), kChunks, [&](size_t c) {
+        ParallelFor(kChunks, [&](size_t c) {
             Pieces &pieces = chunks[c];
             pieces.all.clear();
             pieces.ends.clear();

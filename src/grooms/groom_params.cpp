@@ -163,7 +163,7 @@ const GroomParamInfo &FindGroomParam(std::string_view name, std::string_view kin
         if (GroomReads(kind, info))
             names.push_back(info.name);
     }
-    throw Error("unknown groom parameter \"" + std::string(name) + "\"." +
+    throw Error("unknown groom parameter \"" + std::string(name) + "\". " +
                 Suggestion(name, names.data(), names.size()));
 }
 

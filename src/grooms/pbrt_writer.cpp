@@ -2,12 +2,12 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/parallel.h"
 
 #include <algorithm>
 #include <charconv>
 #include <map>
 #include <numeric>
-#include <tbb/parallel_for.h>
 
 namespace cuticle {
 
@@ -118,7 +118,7 @@ void WriteStrands(const Groom &groom, const std::vector<uint32_t> &order, int di
     for (size_t begin = 0; begin < order.size(); begin += kChunk * kChunks) {
         std::vector<std::string> text(kChunks);
         std::vector<PbrtCurveCounts> part(kChunks);
-        tbb::parallel_for(size_t(0), kChunks, [&](size_t c) {
+        ParallelFor(kChunks, [&](size_t c) {
             std::vector<BezierSegment> pieces;
             const size_t last = std::min(order.size(), begin + (c + 1) * kChunk);
             for (size_t i = begin + c * kChunk; i < last; ++i) {

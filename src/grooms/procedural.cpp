@@ -1,11 +1,11 @@
 #include "grooms/procedural.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "grooms/hash.h"
 #include "grooms/head_shape.h"
 
 #include <algorithm>
-#include <tbb/parallel_for.h>
 
 namespace cuticle {
 
@@ -280,7 +280,7 @@ class HeadSource final : public LockSource {
                              400);
         lockSpacing_ = std::sqrt(scalp_.Area() / static_cast<float>(params.locks));
         guides_.resize(static_cast<size_t>(params.locks));
-        tbb::parallel_for(size_t(0), guides_.size(), [&](size_t i) { Grow(i, &guides_[i]); });
+        ParallelFor(guides_.size(), [&](size_t i) { Grow(i, &guides_[i]); });
     }
 
   private:
@@ -395,7 +395,7 @@ class FurBallSource final : public LockSource {
         segments_ = params.segments > 0 ? params.segments : 10;
         lockSpacing_ = params.radius * std::sqrt(4 * Pi / static_cast<float>(params.locks));
         guides_.resize(static_cast<size_t>(params.locks));
-        tbb::parallel_for(size_t(0), guides_.size(), [&](size_t i) { Grow(i, &guides_[i]); });
+        ParallelFor(guides_.size(), [&](size_t i) { Grow(i, &guides_[i]); });
     }
 
   private:
@@ -543,7 +543,7 @@ Groom StrandSource::Range(size_t begin, size_t end) const {
     groom.hasColor = HasColors();
     if (HasColors())
         groom.pointColors.resize(n * run);
-    tbb::parallel_for(size_t(0), n, [&](size_t i) {
+    ParallelFor(n, [&](size_t i) {
         Strand(begin + i, groom.points.data() + i * run);
         if (HasColors())
             Colors(begin + i, groom.pointColors.data() + i * run);

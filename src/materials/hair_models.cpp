@@ -90,7 +90,7 @@ Choice ChoiceOf(const ParamSet &params, const char *parameter, const std::array<
         if (names[i] == name)
             return static_cast<Choice>(i);
     throw Error(params.Find(parameter)->loc, "\"" + std::string(parameter) + "\" cannot be \"" + name +
-                                                 "\"." + Suggestion(name, names.data(), n));
+                                                 "\". " + Suggestion(name, names.data(), n));
 }
 
 // The standard deviations and shifts of theta_i + theta_o of the lobes R, TT, TRT, degrees: "beta_R" and so on where the
@@ -324,7 +324,7 @@ class TabulatedMaterial : public Material {
         try {
             table_ = FiberTable::Cached(fiber, static_cast<uint64_t>(samples));
         } catch (const Error &e) { // from another thread, which knows no place
-            throw Error(params.loc, Reason(e));
+            throw Error(params.loc, e.Message());
         }
     }
     bool WantsStrandNormals() const override { return eccentric_; }
@@ -472,7 +472,7 @@ std::unique_ptr<Material> MakeHairMaterial(const ParamSet &params, const Texture
         }
     const Param *given = params.Find("model");
     throw Error(given ? given->loc : params.loc,
-                "unknown hair model \"" + name + "\"." + Suggestion(name, kNames, std::size(kNames)));
+                "unknown hair model \"" + name + "\". " + Suggestion(name, kNames, std::size(kNames)));
 }
 
 } // namespace cuticle

@@ -551,7 +551,7 @@ std::unique_ptr<Material> MakeMaterial(const MaterialEntity &entity, const Textu
     std::vector<std::string_view> names;
     for (const MaterialName &m : kMaterials)
         names.push_back(m.name);
-    throw Error(entity.params.loc, "unknown material \"" + entity.type + "\"." +
+    throw Error(entity.params.loc, "unknown material \"" + entity.type + "\". " +
                                        Suggestion(entity.type, names.data(), names.size()));
 }
 

@@ -21,7 +21,7 @@ namespace {
 constexpr float NaN = std::numeric_limits<float>::quiet_NaN();
 
 [[noreturn]] void Fail(const FileLoc &loc, const std::string &message) {
-    throw Error(loc, message, SourceLine(loc));
+    throw Error(loc, message).WithSourceLine(SourceLine(loc));
 }
 
 // The place of a parameter, or of the directive where it was not given.
@@ -423,7 +423,7 @@ class Builder {
             try {
                 at->second = ReadImage(filename, false);
             } catch (const Error &e) {
-                Fail(loc, "the texture's image cannot be used: " + Reason(e));
+                Fail(loc, "the texture's image cannot be used: " + e.Message());
             }
         }
         return at->second;
@@ -486,7 +486,7 @@ std::unique_ptr<TextureMapping2D> MakeMapping(const TextureEntity &e) {
                                                  p.FindFloat("vdelta", 0));
     if (type != "spherical" && type != "cylindrical")
         Fail(LocOf(p, "mapping"),
-             "there is no texture mapping \"" + type + "\"." + Suggestion(type, names.data(), names.size()));
+             "there is no texture mapping \"" + type + "\". " + Suggestion(type, names.data(), names.size()));
     if (e.ctm.IsSingular())
         Fail(LocOf(p, "mapping"), "a " + type + " mapping needs a transformation that can be inverted");
     if (type == "spherical")
@@ -578,7 +578,7 @@ TexturePtr<T> MakeImage(const TextureEntity &e, Builder &b) {
     static constexpr std::array<std::string_view, 3> wraps = {"repeat", "black", "clamp"};
     const auto found = std::find(wraps.begin(), wraps.end(), wrapName);
     if (found == wraps.end())
-        Fail(LocOf(p, "wrap"), "there is no wrap mode \"" + wrapName + "\"." +
+        Fail(LocOf(p, "wrap"), "there is no wrap mode \"" + wrapName + "\". " +
                                    Suggestion(wrapName, wraps.data(), wraps.size()));
     const ImageWrap wrap = static_cast<ImageWrap>(found - wraps.begin());
 
@@ -709,7 +709,7 @@ TexturePtr<T> Make(const TextureEntity &e, Builder &b) {
     for (size_t i = 0; i < names.size(); ++i)
         names[i] = textureClasses<T>[i].name;
     Fail(e.params.loc,
-         "there is no texture class \"" + e.type + "\"." + Suggestion(e.type, names.data(), names.size()));
+         "there is no texture class \"" + e.type + "\". " + Suggestion(e.type, names.data(), names.size()));
 }
 
 // The texture that a parameter names: index is the one of the asked-for kind, other that of the other kind.

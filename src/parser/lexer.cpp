@@ -102,14 +102,14 @@ std::unique_ptr<TextSource> TextSource::FromText(const std::string &text, const 
 std::unique_ptr<TextSource> TextSource::FromFile(const std::string &filename, const FileLoc &from,
                                                  std::string_view fromLine) {
     const auto fail = [&](const std::string &what) {
-        throw Error(from, "\"" + filename + "\" " + what, fromLine);
+        throw Error(from, "\"{}\" {}", filename, what).WithSourceLine(fromLine);
     };
     // Standard input or a pipe may hold a scene; an Include that opens one would wait, perhaps for ever.
     const bool isIncluded = from.line > 0;
     const FileDescriptor file{open(filename.c_str(), O_RDONLY | O_CLOEXEC | (isIncluded ? O_NONBLOCK : 0))};
     struct stat status {};
     if (file.fd < 0 || fstat(file.fd, &status) != 0)
-        throw Error(from, "cannot open \"" + filename + "\": " + std::strerror(errno), fromLine);
+        throw Error(from, "cannot open \"{}\": {}", filename, std::strerror(errno)).WithSourceLine(fromLine);
     if (S_ISDIR(status.st_mode))
         fail("is a folder, not a scene file");
     if (isIncluded && !S_ISREG(status.st_mode))
@@ -269,7 +269,7 @@ std::string_view Lexer::Line(const char *at) const {
 }
 
 void Lexer::Fail(const char *at, const std::string &message) const {
-    throw Error(Loc(at), message, Line(at));
+    throw Error(Loc(at), message).WithSourceLine(Line(at));
 }
 
 Token Lexer::Next() {

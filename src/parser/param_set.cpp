@@ -41,7 +41,7 @@ const char *TypeName(ParamType type) {
 }
 
 [[noreturn]] void Fail(const Param &p, const std::string &message) {
-    throw Error(p.loc, message, SourceLine(p.loc));
+    throw Error(p.loc, message).WithSourceLine(SourceLine(p.loc));
 }
 
 // The parameter of that name, which must be of one of the types; null when there is none. The first type is the one that the message

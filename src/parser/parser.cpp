@@ -376,9 +376,9 @@ std::string Suggest(string_view name, std::initializer_list<Map *> maps) {
     std::sort(known.begin(), known.end());
     // A name far from all others is answered with a list, which should stay readable.
     std::string s = Suggestion(name, known.data(), known.size());
-    if (s.starts_with(" Known") && known.size() > 20)
+    if (s.starts_with("Known") && known.size() > 20)
         s = Suggestion(name, known.data(), 20);
-    return "." + s;
+    return ". " + s;
 }
 
 std::string NotANumberHint(string_view word) {
@@ -556,7 +556,7 @@ void Parser::CheckPluginName(PluginKind kind, const std::string &name, const cha
         Fail(at, full + " is pbrt-v4: this looks like a pbrt-v4 scene, and Cuticle reads pbrt-v3");
     if (Contains(table.v2, name))
         Fail(at, full + " is pbrt-v2: this looks like a pbrt-v2 scene, and Cuticle reads pbrt-v3");
-    Fail(at, full + " is not known." + Suggestion(name, names.data(), names.size()));
+    Fail(at, full + " is not known. " + Suggestion(name, names.data(), names.size()));
 }
 
 std::string Parser::ReadPluginName(const Token &word, PluginKind kind) {
@@ -624,7 +624,7 @@ void Parser::ReadParam(ParamSet *set) {
         const auto begun =
             std::find_if(kParamTypeNames.begin(), kParamTypeNames.end(),
                          [&](string_view name) { return typeName.size() > 1 && name.starts_with(typeName); });
-        Fail(declaration, "parameter type " + Quoted(typeName) + " is not known." +
+        Fail(declaration, "parameter type " + Quoted(typeName) + " is not known. " +
                               (begun != kParamTypeNames.end()
                                    ? Suggestion(*begun, &*begun, 1)
                                    : Suggestion(typeName, kParamTypeNames.data(), kParamTypeNames.size())));
@@ -840,7 +840,7 @@ void Parser::ParseDirective(const Token &word) {
                     " is a directive of pbrt-v2: this looks like a pbrt-v2 scene, and Cuticle reads pbrt-v3" +
                     (word.text == "SurfaceIntegrator" ? " (there it is Integrator)" : ""));
         if (!blocks_.empty() || inWorld_ || word.text.size() < 32)
-            Fail(word, "directive " + name + " is not known." +
+            Fail(word, "directive " + name + " is not known. " +
                            Suggestion(word.text, kDirectives.data(), kDirectives.size()));
         Fail(word, name + " is no directive: this does not look like a scene file");
     }
@@ -1195,7 +1195,7 @@ void Parser::Texture(const Token &word) {
     if (!isFloat && kind != "color" && kind != "spectrum") {
         static constexpr std::array<string_view, 3> kKinds{"float", "color", "spectrum"};
         Fail(t, "texture " + Quoted(texture.name) +
-                    ": its class must be \"float\", \"color\" or \"spectrum\", not " + Quoted(kind) + "." +
+                    ": its class must be \"float\", \"color\" or \"spectrum\", not " + Quoted(kind) + ". " +
                     Suggestion(kind, kKinds.data(), kKinds.size()));
     }
     texture.type = ReadPluginName(word, PluginKind::Texture);
@@ -1551,7 +1551,7 @@ void Parser::SlowCurve(const ParamSet &params, const Token &word, int material) 
             p->strings.size() == 1 ? std::find(words.begin(), words.end(), p->strings[0]) : words.end();
         if (it == words.end())
             fail(name, std::string("a curve's \"") + name + "\" cannot be " +
-                           (p->strings.empty() ? "empty" : Quoted(p->strings[0])) + "." +
+                           (p->strings.empty() ? "empty" : Quoted(p->strings[0])) + ". " +
                            Suggestion(p->strings.empty() ? "" : string_view(p->strings[0]), words.begin(),
                                       words.size()));
         return static_cast<size_t>(it - words.begin());

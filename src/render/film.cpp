@@ -8,7 +8,7 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
     const ParamSet &p = entity.params;
     static constexpr std::string_view kNames[] = {"image"};
     if (entity.type != "image")
-        throw Error(p.loc, "unknown film \"" + entity.type + "\"." + Suggestion(entity.type, kNames, 1));
+        throw Error(p.loc, "unknown film \"" + entity.type + "\". " + Suggestion(entity.type, kNames, 1));
     filename_ = p.FindString("filename", "");
     resolution_ = {p.FindInt("xresolution", 1280), p.FindInt("yresolution", 720)};
     if (options.quick)

@@ -140,7 +140,7 @@ Filter MakeFilter(const Entity &entity) {
     const PlaceScope here(params.loc);
     const auto *name = std::find(std::begin(kNames), std::end(kNames), entity.type);
     if (name == std::end(kNames))
-        throw Error(params.loc, "unknown filter \"" + entity.type + "\"." +
+        throw Error(params.loc, "unknown filter \"" + entity.type + "\". " +
                                     Suggestion(entity.type, kNames, std::size(kNames)));
     const auto kind = static_cast<FilterKind>(name - std::begin(kNames));
     const float width = kind == FilterKind::Box ? 0.5f : kind == FilterKind::Sinc ? 4.f : 2.f;

@@ -55,7 +55,7 @@ std::unique_ptr<Integrator> MakeIntegrator(const Entity &entity, const std::stri
     const std::vector<std::string_view> names = PluginNames(PluginKind::Integrator);
     if (std::find(names.begin(), names.end(), type) == names.end())
         throw Error(params.loc,
-                    "unknown integrator \"" + type + "\"." + Suggestion(type, names.data(), names.size()));
+                    "unknown integrator \"" + type + "\". " + Suggestion(type, names.data(), names.size()));
     // pbrt-v3's "whitted" adds up direct light and follows mirrors and glass: the picture of "directlighting".
     const bool direct = type == "directlighting" || type == "whitted";
     auto integrator = std::make_unique<PathIntegrator>(PathSettings(params, direct));

@@ -137,7 +137,7 @@ SamplerSetup MakeSampler(const Entity &entity) {
         std::array<std::string_view, std::size(kNames)> names;
         for (size_t i = 0; i < names.size(); ++i)
             names[i] = kNames[i].name;
-        throw Error(params.loc, "unknown sampler \"" + entity.type + "\"." +
+        throw Error(params.loc, "unknown sampler \"" + entity.type + "\". " +
                                     Suggestion(entity.type, names.data(), names.size()));
     }
     SamplerSetup setup{found->kind, found->spp};

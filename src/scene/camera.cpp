@@ -137,7 +137,7 @@ Camera MakeCamera(const Entity &entity, Point2i resolution, float filmDiagonal) 
     constexpr std::string_view kNames[] = {"perspective", "orthographic", "environment", "realistic"};
     const ParamSet &params = entity.params;
     if (std::find(std::begin(kNames), std::end(kNames), entity.type) == std::end(kNames))
-        throw Error(params.loc, "unknown camera \"" + entity.type + "\"." +
+        throw Error(params.loc, "unknown camera \"" + entity.type + "\". " +
                                     Suggestion(entity.type, kNames, std::size(kNames)));
     if (resolution.x <= 0 || resolution.y <= 0)
         throw Error(params.loc, "the film has no pixels (" + std::to_string(resolution.x) + " x " +

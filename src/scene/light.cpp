@@ -110,7 +110,7 @@ LightMap::LightMap(const ParamSet &params, const Spectrum &scale, Border border)
     try {
         image = ReadImage(filename, false);
     } catch (const Error &e) {
-        throw Error(loc, "the light's map cannot be used: " + Reason(e));
+        throw Error(loc, "the light's map cannot be used: " + e.Message());
     }
     width_ = image.width, height_ = image.height;
     if (width_ < 1 || height_ < 1 || width_ > (1 << 20) || height_ > (1 << 20))
@@ -549,7 +549,7 @@ std::unique_ptr<Light> MakeLight(const LightEntity &entity, const Bounds3f &worl
             return kLights[i].make(entity, worldBound);
         names[i] = kLights[i].name;
     }
-    throw Error(entity.params.loc, "unknown light \"" + entity.type + "\"." +
+    throw Error(entity.params.loc, "unknown light \"" + entity.type + "\". " +
                                        Suggestion(entity.type, names.data(), names.size()));
 }
 
@@ -558,7 +558,7 @@ std::unique_ptr<DiffuseAreaLight> MakeAreaLight(const Entity &entity, const Soli
     constexpr std::string_view kNames[] = {"diffuse", "area"};
     const ParamSet &params = entity.params;
     if (std::find(std::begin(kNames), std::end(kNames), entity.type) == std::end(kNames))
-        throw Error(params.loc, "unknown area light \"" + entity.type + "\"." +
+        throw Error(params.loc, "unknown area light \"" + entity.type + "\". " +
                                     Suggestion(entity.type, kNames, std::size(kNames)));
     const Spectrum L = Scaled(params, "L", "area");
     const bool twoSided = params.FindBool("twosided", false);

@@ -169,7 +169,7 @@ class Scene::Builder {
             return visible ? solids.AddHyperboloid(toWorld, p1, p2, phiMax, id, flip) : 0;
         }
         const std::vector<std::string_view> names = PluginNames(PluginKind::Shape);
-        throw Error(p.loc, "unknown shape \"" + shape.type + "\"." +
+        throw Error(p.loc, "unknown shape \"" + shape.type + "\". " +
                                Suggestion(shape.type, names.data(), names.size()));
     }
 
@@ -301,7 +301,7 @@ class Scene::Builder {
         if (const std::string name = p.FindString("spline", ""); !name.empty()) {
             options->spline = StrandSplineByName(name);
             if (!options->spline)
-                throw Error(p.loc, "unknown spline \"" + name + "\"." +
+                throw Error(p.loc, "unknown spline \"" + name + "\". " +
                                        Suggestion(name, kStrandSplines.data(), kStrandSplines.size()));
             if (groom.spline == StrandSpline::Bezier)
                 throw Error(p.loc, "the file's curves are cubic: \"spline\" is for files of points");

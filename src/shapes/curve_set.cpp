@@ -2,12 +2,9 @@
 #include "shapes/curve_set.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "shapes/curve.h"
 #include "shapes/curve_set_kernel.h"
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
@@ -308,16 +305,14 @@ void Gather(uint32_t first, uint32_t count, uint32_t parallelFrom, Result *resul
         return;
     }
     // Least, greatest and counts do not depend on the order in which the parts are joined.
-    *result = tbb::parallel_reduce(
-        tbb::blocked_range<uint32_t>(first, first + count, 1 << 14), *result,
-        [&](const tbb::blocked_range<uint32_t> &part, Result r) {
-            add(part.begin(), part.end(), &r);
+    *result = ParallelReduce(
+        count, 1 << 14, *result,
+        [&](size_t begin, size_t end) {
+            Result r = *result;
+            add(first + static_cast<uint32_t>(begin), first + static_cast<uint32_t>(end), &r);
             return r;
         },
-        [](Result x, const Result &y) {
-            x.Extend(y);
-            return x;
-        });
+        [](Result *total, const Result &piece) { total->Extend(piece); });
 }
 Box Builder::BoxOf(uint32_t first, uint32_t count) const {
     Box all;
@@ -451,8 +446,7 @@ uint32_t Builder::BuildNode(const Range &range, int depth, std::vector<Node> *no
     const size_t self = AddNode(child, nodes);
     std::array<std::vector<Node>, kWidth> below;
     std::array<uint32_t, kWidth> built{};
-    tbb::parallel_for(size_t(0), child.size(),
-                      [&](size_t i) { built[i] = BuildNode(child[i], depth + 1, &below[i]); });
+    ParallelFor(child.size(), [&](size_t i) { built[i] = BuildNode(child[i], depth + 1, &below[i]); });
     for (size_t i = 0; i < child.size(); ++i) {
         const auto base = static_cast<uint32_t>(nodes->size());
         (*nodes)[self].child[i] = built[i] & kLeafBit ? built[i] : built[i] + base;
@@ -688,8 +682,8 @@ std::vector<Reference> CurveSet::Data::CutIntoPieces() {
     //<
 
     std::vector<Reference> references(usable.size() << tree.split);
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, usable.size(), 4096), [&](const auto &part) {
-        for (size_t i = part.begin(); i < part.end(); ++i)
+    ParallelForRange(usable.size(), 4096, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i)
             for (uint32_t j = 0; j < pieces; ++j) {
                 const double u0 = double(j) / pieces - kPieceSlack, u1 = double(j + 1) / pieces + kPieceSlack;
                 const PieceShape shape =
@@ -736,8 +730,8 @@ void CurveSet::Data::WriteLeaves(std::vector<Node> *built, const std::vector<Ref
         for (const uint32_t c : (*built)[i].child)
             firstOfNode[i + 1] += c >> 31;
     }
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, built->size(), 256), [&](const auto &part) {
-        for (size_t i = part.begin(); i < part.end(); ++i) {
+    ParallelForRange(built->size(), 256, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
             uint32_t leaf = firstOfNode[i];
             for (const uint32_t c : (*built)[i].child) {
                 if (!(c & kLeafBit))

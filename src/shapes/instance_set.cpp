@@ -18,7 +18,7 @@ struct Instance {
 // The query on its way through Embree; base comes first, so that the callbacks find the rest.
 struct Context {
     RTCIntersectContext base;
-    InstanceSet::Intersect meet;
+    InstanceSet::IntersectFn intersect;
     void *query;
 };
 
@@ -40,7 +40,7 @@ void IntersectOne(const RTCIntersectFunctionNArguments *args) {
     auto *rayHit = reinterpret_cast<RTCRayHit *>(args->rayhit);
     const auto *context = reinterpret_cast<const Context *>(args->context);
     const Instance &instance = static_cast<const Instance *>(args->geometryUserPtr)[args->primID];
-    const float t = context->meet(context->query, args->primID, InObject(instance, rayHit->ray));
+    const float t = context->intersect(context->query, args->primID, InObject(instance, rayHit->ray));
     if (!(t >= 0))
         return;
     rayHit->ray.tfar = t;
@@ -54,7 +54,7 @@ void OccludedOne(const RTCOccludedFunctionNArguments *args) {
     auto *ray = reinterpret_cast<RTCRay *>(args->ray);
     const auto *context = reinterpret_cast<const Context *>(args->context);
     const Instance &instance = static_cast<const Instance *>(args->geometryUserPtr)[args->primID];
-    if (context->meet(context->query, args->primID, InObject(instance, *ray)) >= 0)
+    if (context->intersect(context->query, args->primID, InObject(instance, *ray)) >= 0)
         ray->tfar = -Infinity;
 }
 
@@ -137,10 +137,10 @@ void InstanceSet::Commit() {
     i.device->Check("cannot build over the instances");
 }
 
-bool InstanceSet::Intersect(const Ray &ray, Intersect meet, void *query) const {
+bool InstanceSet::Intersect(const Ray &ray, IntersectFn intersect, void *query) const {
     if (!impl_ || !impl_->Query(ray))
         return false;
-    Context context{{}, meet, query};
+    Context context{{}, intersect, query};
     rtcInitIntersectContext(&context.base);
     RTCRayHit rayHit{};
     rayHit.ray = ToEmbree(ray);
@@ -149,10 +149,10 @@ bool InstanceSet::Intersect(const Ray &ray, Intersect meet, void *query) const {
     return rayHit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
 }
 
-bool InstanceSet::Occluded(const Ray &ray, Intersect meet, void *query) const {
+bool InstanceSet::Occluded(const Ray &ray, IntersectFn intersect, void *query) const {
     if (!impl_ || !impl_->Query(ray))
         return false;
-    Context context{{}, meet, query};
+    Context context{{}, intersect, query};
     rtcInitIntersectContext(&context.base);
     RTCRay embreeRay = ToEmbree(ray);
     rtcOccluded1(impl_->scene, &context.base, &embreeRay);

@@ -26,12 +26,12 @@ class InstanceSet {
     // Asks about one instance: objectRay is the ray in the object's coordinates, its direction of whatever length that
     // gives, so that t is the same in both. Returns t of the nearest hit in (objectRay.tMin, objectRay.tMax), or a
     // negative number; for Occluded any number >= 0 means a hit.
-    using Intersect = float (*)(void *query, uint32_t instance, const Ray &objectRay);
-    // Calls meet for instances whose box the ray meets, in no order, with tMax the nearest t so far. Returns whether any
+    using IntersectFn = float (*)(void *query, uint32_t instance, const Ray &objectRay);
+    // Calls intersect for instances whose box the ray meets, in no order, with tMax the nearest t so far. Returns whether any
     // hit was reported.
-    bool Intersect(const Ray &ray, Intersect meet, void *query) const;
+    bool Intersect(const Ray &ray, IntersectFn intersect, void *query) const;
     // The same, until the first hit.
-    bool Occluded(const Ray &ray, Intersect meet, void *query) const;
+    bool Occluded(const Ray &ray, IntersectFn intersect, void *query) const;
 
     const Transform &ObjectToWorld(uint32_t instance) const;
     Bounds3f WorldBound() const;

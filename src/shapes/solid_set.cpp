@@ -1,13 +1,13 @@
 #include "shapes/solid_set.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/sampling.h"
 #include "shapes/embree_device.h"
 
 #include <cstring>
 #include <mutex>
 #include <string>
-#include <tbb/task_arena.h>
 
 namespace cuticle {
 
@@ -845,8 +845,7 @@ void SolidSet::Commit() {
     const EmbreeMemoryScope scope(*impl_->device, &impl_->embreeBytes);
     // In one thread: where two triangles tie on an edge, the tree decides, and it must not depend on how
     // many threads built it.
-    tbb::task_arena one(1);
-    one.execute([this] { rtcCommitScene(impl_->scene); });
+    OnOneThread([this] { rtcCommitScene(impl_->scene); });
     impl_->device->Check("cannot build");
     impl_->committed = true;
 }

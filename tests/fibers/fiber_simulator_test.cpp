@@ -6,10 +6,10 @@
 #include "fibers/fiber_simulator.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "fibers/hair_model.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cstdio>
 #include <functional>
@@ -588,7 +588,7 @@ TEST(FiberSimulator, TheSeedDecidesNotTheThreads) {
     FiberDescription fiber;
     fiber.alpha = 0.05, fiber.roughnessU = 0.1, fiber.roughnessV = 0.1, fiber.sigmaA = {0.1, 0.5};
     const auto run = [&](size_t threads, uint64_t seed) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        const ThreadLimit limit(threads);
         FiberMeasurement m;
         m.samples = 30000, m.seed = seed, m.cells = {18, 36};
         return SimulateFiber(fiber, {0.3, 0, {}}, m).ToCsv();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/error.h"
+#include "warnings.h"
 
 #include <cstdint>
 #include <iostream>

@@ -1,8 +1,8 @@
 // Scene text all the way to a few pixels: whatever the parser lets pass, no sample may be NaN or infinite.
 #include "fuzz/fuzz.h"
-#include "render/renderer.h"
 
-#include <tbb/global_control.h>
+#include "core/parallel.h"
+#include "render/renderer.h"
 
 using namespace cuticle;
 
@@ -36,7 +36,7 @@ std::array<float, 4> Middle(const SceneDescription &scene) {
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    static const tbb::global_control oneThread(tbb::global_control::max_allowed_parallelism, 1);
+    static const ThreadLimit oneThread(1);
     RenderStats stats;
     Accepts([&] {
         // A mistake costs its directive alone, so that more of the text gets to be rendered

@@ -1,5 +1,6 @@
 // Strands from files of every format: told apart, and the same.
 #include "grooms/groom_file.h"
+#include "warnings.h"
 
 #include "grooms/hair_file.h"
 #include "strand_files.h"

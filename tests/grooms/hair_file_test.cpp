@@ -2,6 +2,7 @@
 #include "grooms/hair_file.h"
 #include "grooms/hash.h"
 #include "strand_files.h"
+#include "warnings.h"
 
 #include <gtest/gtest.h>
 

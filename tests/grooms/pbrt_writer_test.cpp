@@ -1,10 +1,10 @@
 #include "core/error.h"
 #include "core/file.h"
+#include "core/parallel.h"
 #include "grooms/pbrt_writer.h"
 #include "grooms/procedural.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 #include <zlib.h>
 
 #include <filesystem>
@@ -155,7 +155,7 @@ TEST_F(PbrtWriter, SameTextForAnyThreads) {
     const Groom g = MakeGroom(p);
     PbrtCurveCounts counts;
     const std::string many = Write(g, {}, "a.pbrt", &counts);
-    tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+    const ThreadLimit limit(1);
     EXPECT_EQ(many, Write(g, {}, "b.pbrt", &counts));
 }
 

@@ -1,10 +1,9 @@
 #include "core/error.h"
+#include "core/parallel.h"
 #include "grooms/head_shape.h"
 #include "grooms/procedural.h"
 
 #include <gtest/gtest.h>
-
-#include <tbb/global_control.h>
 
 #include <map>
 
@@ -50,7 +49,7 @@ TEST(Procedural, SameBitsForAnyThreadsAndAnyRange) {
         const GroomParams p = Small(k);
         Groom one;
         {
-            tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+            const ThreadLimit limit(1);
             one = MakeGroom(p);
         }
         EXPECT_EQ(one.points, MakeGroom(p).points) << k.kind << k.style;

@@ -2,6 +2,7 @@
 #include "grooms/hash.h"
 #include "grooms/tfx_file.h"
 #include "strand_files.h"
+#include "warnings.h"
 
 #include <cstring>
 

@@ -1,5 +1,6 @@
 // Which model of a fiber a scene gets, and what it is told.
 #include "materials/hair_models.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "parser/parser.h"
@@ -143,10 +144,9 @@ TEST(HairModels, TablesAreOfOneFiber) {
 
 // A parameter of another model is reported as without use.
 TEST(HairModels, ForeignParametersWarn) {
-    SetStrictWarnings(true);
+    const StrictWarnings strict;
     EXPECT_THROW(HairOf("\"float exponent\" 20"), Error);
     EXPECT_NO_THROW(HairOf("\"float exponent\" 20 \"string model\" \"kajiya-kay\""));
-    SetStrictWarnings(false);
 }
 
 } // namespace

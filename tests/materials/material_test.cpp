@@ -1,5 +1,6 @@
 // Materials as a scene names them: their parameters, mixes, bump maps, stand-ins.
 #include "materials/material.h"
+#include "warnings.h"
 
 #include "core/metal_spectra.h"
 #include "core/sampling.h"

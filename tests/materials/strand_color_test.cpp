@@ -3,6 +3,7 @@
 #include "grooms/hair_file.h"
 #include "materials/hair_material.h"
 #include "scene/scene.h"
+#include "warnings.h"
 
 #include <gtest/gtest.h>
 

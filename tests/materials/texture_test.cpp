@@ -1,5 +1,6 @@
 // Textures, from the scene's words to values.
 #include "materials/texture.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "core/sampling.h"

@@ -1,5 +1,6 @@
 #include "parser/param_set.h"
 #include "parser/scene_description.h"
+#include "warnings.h"
 
 #include <gtest/gtest.h>
 
@@ -111,9 +112,9 @@ TEST(ParamSet, UnusedParametersAreReported) {
     EXPECT_EQ(FlushWarnings(), 2u);
     EXPECT_NE(p.Find("c", ParamType::Float), nullptr);
     EXPECT_EQ(p.Find("a", ParamType::String), nullptr); // another type: neither given nor marked
-    SetStrictWarnings(true);
+    const StrictWarnings strict;
     const std::string warning = ErrorOf([&] { p.ReportUnused("Shape \"sphere\""); });
-    SetStrictWarnings(false);
+
     EXPECT_TRUE(warning.starts_with("t.pbrt:2:1: error: Shape \"sphere\" has no use for parameter \"a\""))
         << warning;
 }

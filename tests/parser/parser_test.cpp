@@ -3,6 +3,7 @@
 #include "parser/plugins.h"
 #include "parser/scene_description.h"
 #include "shapes/curve.h"
+#include "warnings.h"
 
 #include <gtest/gtest.h>
 
@@ -38,9 +39,9 @@ std::string ErrorOf(const std::string &text) {
 
 // The first warning, which strict mode turns into an Error; "" when there is none.
 std::string WarningOf(const std::string &text) {
-    SetStrictWarnings(true);
+    const StrictWarnings strict;
     const std::string message = ErrorOf(text);
-    SetStrictWarnings(false);
+
     return message;
 }
 

@@ -1,6 +1,7 @@
 // Numbers without meaning, from scene text to pixel: each is refused at its place, or used within bounds with a warning
 // that says where; no sample becomes NaN or infinite.
 #include "render/renderer.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "grooms/hair_file.h"

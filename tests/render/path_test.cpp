@@ -1,5 +1,6 @@
 // The renderer as a whole: laws that hold from scene text to pixel.
 #include "render/renderer.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "materials/hair_material.h"
@@ -367,8 +368,8 @@ TEST(HairMaterial, ContradictoryColoursAreAnErrorWhenStrict) {
     SceneDescription d = ParseSceneText("WorldBegin Material \"hair\" \"rgb color\" [.5 .2 .1] \"float "
                                         "eumelanin\" 5 Shape \"sphere\" WorldEnd",
                                         "test.pbrt");
-    SetStrictWarnings(true);
+    const StrictWarnings strict;
     EXPECT_THROW(Scene(&d, {}), Error);
-    SetStrictWarnings(false);
+
     FlushWarnings();
 }

@@ -1,5 +1,6 @@
 // The table of plug-ins says what happens: each is put into a scene, which is made.
 #include "parser/plugins.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "render/renderer.h"

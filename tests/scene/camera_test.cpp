@@ -1,5 +1,6 @@
 // The camera against its own projection, and against what pbrt-v3 says its parameters mean.
 #include "scene/camera.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "core/sampling.h"

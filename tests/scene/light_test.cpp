@@ -1,6 +1,7 @@
 // Lights against radiometry: densities that integrate to one, samples that say what the light says,
 // irradiances known in closed form; and the words that scenes use for them.
 #include "scene/light.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "core/sampling.h"

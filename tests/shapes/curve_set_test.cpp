@@ -1,10 +1,10 @@
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/sampling.h"
 #include "shapes/curve.h"
 #include "shapes/curve_set.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cstdlib>
 #include <random>
@@ -178,7 +178,7 @@ TEST(CurveSet, EveryThreadCountBuildsTheSameTree) {
     const std::vector<CurveSegment> s = Tuft(6000);
     std::vector<CurveHit> first;
     for (const size_t threads : {1, 2, 5}) {
-        tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+        const ThreadLimit control(threads);
         const CurveSet set(s, {CurveType::Flat});
         static size_t bytes = set.MemoryBytes();
         EXPECT_EQ(set.MemoryBytes(), bytes);

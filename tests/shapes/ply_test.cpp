@@ -1,5 +1,6 @@
 // One mesh in every dress that PLY has, and files that lie.
 #include "shapes/ply.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "core/sampling.h"

@@ -1,6 +1,7 @@
 // Laws of the solids: hits lie on their surfaces, derivatives are derivatives, rays that leave a surface do
 // not meet it again, densities integrate to one.
 #include "shapes/solid_set.h"
+#include "warnings.h"
 
 #include "core/error.h"
 #include "core/sampling.h"
@@ -587,9 +588,9 @@ TEST(Meshes, BadTrianglesAreDroppedAndTheRestKeepsItsNumbers) {
     EXPECT_FLOAT_EQ(set.Area(id), 1);
     // The vertices that no kept triangle uses do not count.
     EXPECT_EQ(set.WorldBound().pMax, Point3f(1, 1, 1));
-    SetStrictWarnings(true);
+    const StrictWarnings strict;
     EXPECT_THROW(set.AddMesh(mesh, 0, false), Error);
-    SetStrictWarnings(false);
+
     FlushWarnings();
 }
 

@@ -2,9 +2,8 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/parallel.h"
 #include "figures/sheet.h"
-
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -22,8 +21,7 @@ double AtlasAxis::At(size_t i) const {
 std::vector<double> FillMap(const AtlasAxis &x, const AtlasAxis &y,
                             const std::function<double(double, double)> &f) {
     std::vector<double> values(x.cells * y.cells);
-    tbb::parallel_for(size_t(0), values.size(),
-                      [&](size_t i) { values[i] = f(x.At(i % x.cells), y.At(i / x.cells)); });
+    ParallelFor(values.size(), [&](size_t i) { values[i] = f(x.At(i % x.cells), y.At(i / x.cells)); });
     return values;
 }
 

@@ -1,10 +1,10 @@
 // The atlas: every model that a scene may name, over planes of its parameters, as published beside ours. Faults 6, 7, 8, 20, 21 and what is a model's own.
 #include "figures/atlas/atlas.h"
+
+#include "core/parallel.h"
 #include "figures/atlas/atlas_fibers.h"
 
 #include "fibers/hair_model.h"
-
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -168,7 +168,7 @@ std::vector<FaultsOfForms> MeasureCells(const AtlasModel &model, std::vector<Cel
     std::sort(different.begin(), different.end());
     different.erase(std::unique(different.begin(), different.end()), different.end());
     std::vector<FaultsOfForms> measured(different.size());
-    tbb::parallel_for(size_t(0), different.size(), [&](size_t i) {
+    ParallelFor(different.size(), [&](size_t i) {
         for (size_t form = 0; form < kAtlasForms.size(); ++form)
             if (model.Has(kAtlasForms[form]))
                 measured[i][form] = MeasureFiber(model, kAtlasForms[form], different[i].in,

@@ -1,4 +1,5 @@
 // Every model of a fiber against the simulated fiber, its free parameters fitted.
+#include "core/parallel.h"
 #include "core/sampling.h"
 #include "fibers/deon.h"
 #include "fibers/fiber_simulator.h"
@@ -8,8 +9,6 @@
 #include "fibers/tabulated.h"
 #include "figures/charts/charts.h"
 #include "figures/charts/cost.h"
-
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -537,7 +536,7 @@ FigureData ModelsChart(const FigureOptions &options) {
             truth.push_back(std::move(places));
 
     std::vector<Parameters> fitted(fibers.size() * models.size());
-    tbb::parallel_for(size_t(0), fitted.size(), [&](size_t i) {
+    ParallelFor(fitted.size(), [&](size_t i) {
         const Fiber &fiber = fibers[i / models.size()];
         const std::vector<Place> &places = truth[i / models.size()];
         const Model &model = models[i % models.size()];

@@ -61,8 +61,9 @@ class ReadyScene {
         options.seed = seed;
         options.spp = options.quick ? 4 * spp : spp; // quick takes a quarter of the samples
         RenderStats stats;
+        WarningLog warnings; // printed once a picture
+        const WarningScope scope(&warnings);
         Image image = Render(description_, scene_, options, &stats);
-        FlushWarnings();
         return {std::move(image), SecondsSince(from)};
     }
 
@@ -145,7 +146,7 @@ Rendering RenderPeer(const Peer &peer, const std::string &file) {
     try {
         image = ReadImage(out);
     } catch (const Error &e) {
-        throw refused("wrote a picture that cannot be read (" + Reason(e) + ")");
+        throw refused("wrote a picture that cannot be read (" + e.Message() + ")");
     }
     const Point2i asked = Film(ParseScene(file).film, {}).Resolution();
     if (image.width != asked.x || image.height != asked.y)
