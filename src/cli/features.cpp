@@ -1,6 +1,6 @@
 // cuticle features: what of pbrt-v3 is rendered.
 #include "cli/commands.h"
-#include "parser/plugins.h"
+#include "render/plugins.h"
 
 #include <iostream>
 
@@ -10,7 +10,7 @@ void AddFeaturesCommand(CLI::App &app) {
     CLI::App *c =
         app.add_subcommand("features", "Tell what of pbrt-v3 is rendered, and what stands in for the rest.");
     c->footer("A Markdown table, made from the names that the reader of scenes knows.");
-    c->callback([] { std::cout << FeatureTable(); });
+    c->callback([] { std::cout << FeatureTable(AllPlugins()); });
 }
 
 } // namespace cuticle

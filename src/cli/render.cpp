@@ -4,6 +4,7 @@
 #include "core/file.h"
 #include "core/parallel.h"
 #include "materials/hair_models.h"
+#include "render/plugins.h"
 #include "render/renderer.h"
 #include "render/sampler.h"
 #include "scene/scene.h"
@@ -89,7 +90,7 @@ void RunRender(const RenderArguments &a) {
         limit.emplace(static_cast<size_t>(a.threads));
 
     auto start = std::chrono::steady_clock::now();
-    SceneDescription description = ParseScene(a.scene);
+    SceneDescription description = ParseScene(AllPlugins(), a.scene);
     const double parseSeconds = SecondsSince(start);
 
     std::string output = a.output.empty() ? DefaultOutput(description) : a.output;

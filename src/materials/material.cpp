@@ -4,7 +4,6 @@
 #include "core/sampling.h"
 #include "materials/hair_models.h"
 #include "materials/subsurface.h"
-#include "parser/plugins.h"
 
 #include <bit>
 
@@ -481,27 +480,27 @@ std::unique_ptr<Material> Make(const MaterialContext &in) {
     return std::make_unique<M>(in.params, in.textures);
 }
 
-struct MaterialName {
-    std::string_view name;
-    Maker make;
-};
-
-// All of pbrt-v3's materials.
-constexpr MaterialName kMaterials[] = {
-    {"hair", MakeHair},
-    {"matte", Make<MatteMaterial>},
-    {"plastic", Make<PlasticMaterial>},
-    {"mirror", Make<MirrorMaterial>},
-    {"glass", Make<GlassMaterial>},
-    {"uber", Make<UberMaterial>},
-    {"metal", Make<MetalMaterial>},
-    {"substrate", Make<SubstrateMaterial>},
-    {"translucent", Make<TranslucentMaterial>},
-    {"mix", MakeMix},
-    {"disney", Make<DisneyMaterial>},
-    {"subsurface", Make<SubsurfaceMaterial>},
-    {"kdsubsurface", Make<KdSubsurfaceMaterial>},
-    {"fourier", MakeFourier},
+// To add a material: its class above, a row here. The rows stand in the order of the manual; one without a maker is
+// pbrt's null material, which light passes.
+const PluginRow<Maker> kMaterials[] = {
+    {{.name = "hair"}, MakeHair},
+    {{.name = "matte"}, Make<MatteMaterial>},
+    {{.name = "plastic"}, Make<PlasticMaterial>},
+    {{.name = "mirror"}, Make<MirrorMaterial>},
+    {{.name = "glass"}, Make<GlassMaterial>},
+    {{.name = "uber"}, Make<UberMaterial>},
+    {{.name = "metal"}, Make<MetalMaterial>},
+    {{.name = "substrate"}, Make<SubstrateMaterial>},
+    {{.name = "translucent"}, Make<TranslucentMaterial>},
+    {{.name = "disney"}, Make<DisneyMaterial>},
+    {{.name = "mix"}, MakeMix},
+    {{.name = ""}, nullptr},
+    {{.name = "none"}, nullptr},
+    {{.name = "subsurface", .standIn = "a coated diffuse surface of the reflectance that the medium implies"},
+     Make<SubsurfaceMaterial>},
+    {{.name = "kdsubsurface", .standIn = "a coated diffuse surface of the colour \"Kd\""},
+     Make<KdSubsurfaceMaterial>},
+    {{.name = "fourier", .standIn = "a matte surface of reflectance 0.5"}, MakeFourier},
 };
 
 } // namespace
@@ -533,26 +532,34 @@ Frame BumpedFrame(const SurfaceInteraction &si, const Texture<float> &height) {
     return frame;
 }
 
+const PluginTable &MaterialPlugins() {
+    static const PluginTable table{PluginKind::Material,
+                                   PluginInfos(kMaterials),
+                                   {"coateddiffuse", "coatedconductor", "conductor", "dielectric", "diffuse",
+                                    "diffusetransmission", "interface", "thindielectric", "measured"},
+                                   {"shinymetal"},
+                                   "bump maps on all surfaces but hair"};
+    return table;
+}
+
 std::unique_ptr<Material> MakeMaterial(const MaterialEntity &entity, const TextureTable &textures,
                                        const MaterialOptions &options,
                                        std::span<const std::unique_ptr<Material>> made) {
-    if (entity.type.empty() || entity.type == "none")
-        return nullptr;
-    for (const MaterialName &m : kMaterials) {
-        if (m.name != entity.type)
-            continue;
-        if (const std::string standIn(StandInOf(PluginKind::Material, entity.type)); !standIn.empty())
-            Warning(entity.params.loc, "material \"" + entity.type + "\" is not rendered",
-                    "material \"" + entity.type + "\" is not rendered; " + standIn + " is used instead");
-        auto material = m.make({entity, entity.params, textures, options, made});
-        entity.params.ReportUnused("Material \"" + entity.type + "\"");
-        return material;
+    const PluginRow<Maker> *row = FindPluginRow(kMaterials, entity.type);
+    if (!row) {
+        const std::vector<std::string_view> names = MaterialPlugins().Names();
+        throw Error(entity.params.loc, "unknown material \"{}\"", entity.type)
+            .WithRemedy(Suggestion(entity.type, names.data(), names.size()));
     }
-    std::vector<std::string_view> names;
-    for (const MaterialName &m : kMaterials)
-        names.push_back(m.name);
-    throw Error(entity.params.loc, "unknown material \"" + entity.type + "\". " +
-                                       Suggestion(entity.type, names.data(), names.size()));
+    if (!row->make)
+        return nullptr;
+    if (!row->info.standIn.empty())
+        Warning(entity.params.loc, fmt::format("material \"{}\" is not rendered", entity.type),
+                fmt::format("material \"{}\" is not rendered; {} is used instead", entity.type,
+                            row->info.standIn));
+    auto material = row->make({entity, entity.params, textures, options, made});
+    entity.params.ReportUnused(fmt::format("Material \"{}\"", entity.type));
+    return material;
 }
 
 } // namespace cuticle

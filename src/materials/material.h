@@ -4,6 +4,7 @@
 #include "materials/bsdf.h"
 #include "materials/interaction.h"
 #include "materials/texture.h"
+#include "parser/plugins.h"
 #include "parser/scene_description.h"
 
 #include <memory>
@@ -34,7 +35,10 @@ class Material {
 // be small beside its radius. Curves, and places where the height is not finite, keep their frame.
 Frame BumpedFrame(const SurfaceInteraction &si, const Texture<float> &height);
 
-// By the table of names in material.cpp. nullptr for "" and "none". A type that pbrt-v3 knows and we do not render gives
+// The table of materials, in material.cpp.
+const PluginTable &MaterialPlugins();
+
+// By that table. nullptr for "" and "none". A type that pbrt-v3 knows and we do not render gives
 // one warning and its stated stand-in; an unknown one throws Error with the nearest name. made: the scene's materials
 // before this one, of which "mix" mixes two (Error where one of them is "" or where they have too many lobes).
 std::unique_ptr<Material> MakeMaterial(const MaterialEntity &entity, const TextureTable &textures,

@@ -4,7 +4,6 @@
 #include "images/image.h"
 #include "materials/noise.h"
 #include "parser/lexer.h"
-#include "parser/plugins.h"
 
 #include <array>
 #include <atomic>
@@ -658,58 +657,64 @@ TexturePtr<T> MakeMarble(const TextureEntity &e, Builder &) {
 
 // --- a stand-in for what pbrt-v3 knows and this does not render ------------------------------------------------------
 
+constexpr std::string_view kPtexStandIn = "the constant 0.5";
+
 template <class T>
 TexturePtr<T> MakePtex(const TextureEntity &e, Builder &) {
     for (const Param &p : e.params.params)
         p.used = true; // one warning is enough
     Warning(e.params.loc, "texture class \"" + e.type + "\"",
-            "Texture \"ptex\" is not rendered; " + std::string(StandInOf(PluginKind::Texture, "ptex")) +
-                " is used instead");
+            fmt::format("Texture \"ptex\" is not rendered; {} is used instead", kPtexStandIn));
     return Constant(T(0.5f));
 }
 
 // --- the table of names ------------------------------------------------------------------------------------------
 
-template <class T>
-struct TextureClass {
-    std::string_view name;
-    TexturePtr<T> (*make)(const TextureEntity &, Builder &);
+// A class's makers as a float texture and as one of colours.
+struct TextureMakers {
+    TexturePtr<float> (*makeFloat)(const TextureEntity &, Builder &);
+    TexturePtr<Spectrum> (*makeSpectrum)(const TextureEntity &, Builder &);
+    template <class T>
+    TexturePtr<T> Make(const TextureEntity &e, Builder &b) const {
+        if constexpr (std::is_same_v<T, float>)
+            return makeFloat(e, b);
+        else
+            return makeSpectrum(e, b);
+    }
+};
+
+// To add a texture: its class and its Make function above, a row here.
+const PluginRow<TextureMakers> kTextures[] = {
+    {{.name = "constant"}, {MakeConstant<float>, MakeConstant<Spectrum>}},
+    {{.name = "scale"}, {MakeScale<float>, MakeScale<Spectrum>}},
+    {{.name = "mix"}, {MakeMix<float>, MakeMix<Spectrum>}},
+    {{.name = "imagemap"}, {MakeImage<float>, MakeImage<Spectrum>}},
+    {{.name = "checkerboard"}, {MakeCheckerboard<float>, MakeCheckerboard<Spectrum>}},
+    {{.name = "bilerp"}, {MakeBilerp<float>, MakeBilerp<Spectrum>}},
+    {{.name = "uv"}, {MakeUV<float>, MakeUV<Spectrum>}},
+    {{.name = "dots"}, {MakeDots<float>, MakeDots<Spectrum>}},
+    {{.name = "fbm"}, {MakeFBm<float>, MakeFBm<Spectrum>}},
+    {{.name = "wrinkled"}, {MakeWrinkled<float>, MakeWrinkled<Spectrum>}},
+    {{.name = "windy"}, {MakeWindy<float>, MakeWindy<Spectrum>}},
+    {{.name = "marble"}, {MakeMarble<float>, MakeMarble<Spectrum>}},
+    {{.name = "ptex", .standIn = kPtexStandIn}, {MakePtex<float>, MakePtex<Spectrum>}},
+    {{.name = "strandcolor", .ours = true}, {MakeStrandColor<float>, MakeStrandColor<Spectrum>}},
 };
 
 template <class T>
-constexpr std::array<TextureClass<T>, 14> textureClasses = {{
-    {"constant", MakeConstant<T>},
-    {"scale", MakeScale<T>},
-    {"mix", MakeMix<T>},
-    {"imagemap", MakeImage<T>},
-    {"checkerboard", MakeCheckerboard<T>},
-    {"bilerp", MakeBilerp<T>},
-    {"uv", MakeUV<T>},
-    {"dots", MakeDots<T>},
-    {"fbm", MakeFBm<T>},
-    {"windy", MakeWindy<T>},
-    {"wrinkled", MakeWrinkled<T>},
-    {"marble", MakeMarble<T>},
-    {"ptex", MakePtex<T>},
-    {"strandcolor", MakeStrandColor<T>}, // ours
-}};
-
-template <class T>
 TexturePtr<T> Make(const TextureEntity &e, Builder &b) {
-    for (const TextureClass<T> &c : textureClasses<T>)
-        if (c.name == e.type) {
-            TexturePtr<T> texture = c.make(e, b);
-            e.params.ReportUnused("Texture \"" + e.type + "\"");
-            // A constant is what the parser let pass
-            if (dynamic_cast<const ConstantTexture<T> *>(texture.get()))
-                return texture;
-            return std::make_shared<FiniteTexture<T>>(std::move(texture), e);
-        }
-    std::array<std::string_view, textureClasses<T>.size()> names;
-    for (size_t i = 0; i < names.size(); ++i)
-        names[i] = textureClasses<T>[i].name;
-    Fail(e.params.loc,
-         "there is no texture class \"" + e.type + "\". " + Suggestion(e.type, names.data(), names.size()));
+    const PluginRow<TextureMakers> *row = FindPluginRow(kTextures, e.type);
+    if (!row) {
+        const std::vector<std::string_view> names = TexturePlugins().Names();
+        Fail(e.params.loc, fmt::format("there is no texture class \"{}\". {}", e.type,
+                                       Suggestion(e.type, names.data(), names.size())));
+    }
+    TexturePtr<T> texture = row->make.Make<T>(e, b);
+    e.params.ReportUnused(fmt::format("Texture \"{}\"", e.type));
+    // A constant is what the parser let pass
+    if (dynamic_cast<const ConstantTexture<T> *>(texture.get()))
+        return texture;
+    return std::make_shared<FiniteTexture<T>>(std::move(texture), e);
 }
 
 // The texture that a parameter names: index is the one of the asked-for kind, other that of the other kind.
@@ -759,6 +764,15 @@ class Nesting {
 };
 
 } // namespace
+
+const PluginTable &TexturePlugins() {
+    static const PluginTable table{PluginKind::Texture,
+                                   PluginInfos(kTextures),
+                                   {"directionmix"},
+                                   {},
+                                   "all mappings; images from exr, pfm, png, tga, hdr, jpg"};
+    return table;
+}
 
 TextureTable::TextureTable(const std::vector<TextureEntity> &floatTextures,
                            const std::vector<TextureEntity> &spectrumTextures) {

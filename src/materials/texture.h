@@ -2,6 +2,7 @@
 #pragma once
 
 #include "materials/interaction.h"
+#include "parser/plugins.h"
 #include "parser/scene_description.h"
 
 #include <memory>
@@ -35,6 +36,9 @@ class ConstantTexture final : public Texture<T> {
   private:
     T value_;
 };
+
+// The table of texture classes, in texture.cpp.
+const PluginTable &TexturePlugins();
 
 // The textures that a scene declares, made in the order of the file, and the look-up of parameters that may be either a
 // value or a texture. An image file that several textures use is read once.

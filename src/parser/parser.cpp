@@ -246,7 +246,7 @@ constexpr size_t kMaxParameters = 1000; // of one directive
 
 class Parser {
   public:
-    Parser(const ParseOptions &options, const std::string &folder);
+    Parser(const PluginTables &plugins, const ParseOptions &options, const std::string &folder);
     SceneDescription Run(std::unique_ptr<TextSource> top);
 
   private:
@@ -312,6 +312,7 @@ class Parser {
         size_t curves = 0;     // Shape "curve" statements met, for the forecast of how many will come
     };
 
+    const PluginTables &plugins_;
     ParseOptions options_;
     std::shared_ptr<const std::string> folder_;
     SceneDescription scene_;
@@ -390,8 +391,8 @@ std::string NotANumberHint(string_view word) {
                : "";
 }
 
-Parser::Parser(const ParseOptions &options, const std::string &folder)
-    : options_(options), folder_(std::make_shared<const std::string>(folder)) {
+Parser::Parser(const PluginTables &plugins, const ParseOptions &options, const std::string &folder)
+    : plugins_(plugins), options_(options), folder_(std::make_shared<const std::string>(folder)) {
     const auto standard = [&](Entity *e, const char *type) {
         e->type = type;
         e->params.folder = folder_;
@@ -547,14 +548,14 @@ std::array<double, N> Parser::ReadNumbers(const Token &word, const char *what, b
 }
 
 void Parser::CheckPluginName(PluginKind kind, const std::string &name, const char *at) {
-    const PluginTable &table = Plugins(kind);
-    const std::vector<string_view> names = PluginNames(kind);
-    if (Contains(names, name))
+    const PluginTable *table = plugins_.Find(kind);
+    if (!table || table->Find(name))
         return;
-    const std::string full = std::string(table.directive) + " " + Quoted(name);
-    if (Contains(table.v4, name))
+    const std::vector<string_view> names = table->Names();
+    const std::string full = std::string(DirectiveOf(kind)) + " " + Quoted(name);
+    if (Contains(table->v4, name))
         Fail(at, full + " is pbrt-v4: this looks like a pbrt-v4 scene, and Cuticle reads pbrt-v3");
-    if (Contains(table.v2, name))
+    if (Contains(table->v2, name))
         Fail(at, full + " is pbrt-v2: this looks like a pbrt-v2 scene, and Cuticle reads pbrt-v3");
     Fail(at, full + " is not known. " + Suggestion(name, names.data(), names.size()));
 }
@@ -1738,7 +1739,8 @@ std::span<const std::string_view> MaterialParameters(std::string_view materialTy
     return it == table.end() ? std::span<const string_view>() : std::span<const string_view>(it->second);
 }
 
-SceneDescription ParseScene(const std::string &filename, const ParseOptions &options) {
+SceneDescription ParseScene(const PluginTables &plugins, const std::string &filename,
+                            const ParseOptions &options) {
     std::unique_ptr<TextSource> source;
     try {
         source = TextSource::FromFile(filename, {});
@@ -1749,13 +1751,14 @@ SceneDescription ParseScene(const std::string &filename, const ParseOptions &opt
         return {};
     }
     const size_t slash = filename.rfind('/');
-    return Parser(options, slash == std::string::npos ? "" : filename.substr(0, std::max<size_t>(slash, 1)))
+    return Parser(plugins, options,
+                  slash == std::string::npos ? "" : filename.substr(0, std::max<size_t>(slash, 1)))
         .Run(std::move(source));
 }
 
-SceneDescription ParseSceneText(const std::string &text, const std::string &name, const std::string &folder,
-                                const ParseOptions &options) {
-    return Parser(options, folder).Run(TextSource::FromText(text, name));
+SceneDescription ParseSceneText(const PluginTables &plugins, const std::string &text, const std::string &name,
+                                const std::string &folder, const ParseOptions &options) {
+    return Parser(plugins, options, folder).Run(TextSource::FromText(text, name));
 }
 
 } // namespace cuticle

@@ -1,137 +1,38 @@
 #include "parser/plugins.h"
 
-#include <array>
-
 namespace cuticle {
 
-const PluginTable &Plugins(PluginKind kind) {
-    static const std::array<PluginTable, kPluginKinds> tables{{
-        {"Camera",
-         {{"perspective"},
-          {"orthographic"},
-          {"environment"},
-          {"realistic", "a perspective camera with a thin lens of the same focal length"}},
-         {"spherical"},
-         {},
-         "the first two with a thin lens"},
-        {"Sampler",
-         {{"halton"},
-          {"sobol"},
-          {"random"},
-          {"stratified"},
-          {"02sequence"},
-          {"lowdiscrepancy"},
-          {"maxmindist"}},
-         {"independent", "zsobol", "paddedsobol", "pmj02bn"},
-         {"adaptive", "bestcandidate"},
-         "each but random is one Owen-scrambled Sobol' sampler"},
-        {"Film", {{"image"}}, {"rgb", "gbuffer", "spectral"}, {}, ""},
-        {"PixelFilter", {{"box"}, {"gaussian"}, {"mitchell"}, {"sinc"}, {"triangle"}}, {}, {}, ""},
-        {"Integrator",
-         {{"path"},
-          {"directlighting"},
-          {"whitted"},
-          {"volpath", "path"},
-          {"bdpt", "path"},
-          {"mlt", "path"},
-          {"sppm", "path"},
-          {"ambientocclusion", "path"},
-          {"ao", "path"}},
-         {"simplepath", "simplevolpath", "lightpath", "randomwalk", "function"},
-         {"photonmap", "exphotonmap", "igi", "irradiancecache", "diffuseprt", "glossyprt", "useprobes",
-          "dipolesubsurface"},
-         ""},
-        {"Accelerator", {{"bvh"}, {"kdtree"}}, {}, {"grid", "none"}, "read; both mean our own"},
-        {"Shape",
-         {{"curve"},
-          {"trianglemesh"},
-          {"plymesh"},
-          {"loopsubdiv"},
-          {"heightfield"},
-          {"sphere"},
-          {"disk"},
-          {"cylinder"},
-          {"cone"},
-          {"paraboloid"},
-          {"hyperboloid"},
-          {"nurbs", "left out of the picture"},
-          {"hairfile", {}, true},
-          {"groom", {}, true},
-          {"groomhead", {}, true}},
-         {"bilinearmesh"},
-         {},
-         "curves of every type, basis and degree; objects are stored once, however many instances; alpha and "
-         "shadowalpha on meshes"},
-        {"Material",
-         {{"hair"},
-          {"matte"},
-          {"plastic"},
-          {"mirror"},
-          {"glass"},
-          {"uber"},
-          {"metal"},
-          {"substrate"},
-          {"translucent"},
-          {"disney"},
-          {"mix"},
-          {""},
-          {"none"},
-          {"subsurface", "a coated diffuse surface of the reflectance that the medium implies"},
-          {"kdsubsurface", "a coated diffuse surface of the colour \"Kd\""},
-          {"fourier", "a matte surface of reflectance 0.5"}},
-         {"coateddiffuse", "coatedconductor", "conductor", "dielectric", "diffuse", "diffusetransmission",
-          "interface", "thindielectric", "measured"},
-         {"shinymetal"},
-         "bump maps on all surfaces but hair"},
-        {"Texture",
-         {{"constant"},
-          {"scale"},
-          {"mix"},
-          {"imagemap"},
-          {"checkerboard"},
-          {"bilerp"},
-          {"uv"},
-          {"dots"},
-          {"fbm"},
-          {"wrinkled"},
-          {"windy"},
-          {"marble"},
-          {"ptex", "the constant 0.5"},
-          {"strandcolor", {}, true}},
-         {"directionmix"},
-         {},
-         "all mappings; images from exr, pfm, png, tga, hdr, jpg"},
-        {"LightSource",
-         {{"infinite"}, {"exinfinite"}, {"distant"}, {"point"}, {"spot"}, {"goniometric"}, {"projection"}},
-         {},
-         {"infinitesample"},
-         "maps are sampled by importance"},
-        {"AreaLightSource",
-         {{"diffuse"}, {"area"}},
-         {},
-         {},
-         "on surfaces; on curves and inside objects it is one warning"},
-        {"MakeNamedMedium",
-         {{"homogeneous", "empty space"}, {"heterogeneous", "empty space"}},
-         {"uniformgrid", "rgbgrid", "cloud", "nanovdb"},
-         {},
-         ""},
-    }};
-    return tables[static_cast<size_t>(kind)];
+const ParamInfo *PluginInfo::FindParam(std::string_view param) const {
+    for (const ParamInfo &p : params)
+        if (p.name == param)
+            return &p;
+    return nullptr;
 }
 
-std::vector<std::string_view> PluginNames(PluginKind kind) {
+const PluginInfo *PluginTable::Find(std::string_view name) const {
+    for (const PluginInfo &row : rows)
+        if (row.name == name)
+            return &row;
+    return nullptr;
+}
+
+std::vector<std::string_view> PluginTable::Names() const {
     std::vector<std::string_view> names;
-    for (const Plugin &plugin : Plugins(kind).known)
-        names.push_back(plugin.name);
+    for (const PluginInfo &row : rows)
+        names.push_back(row.name);
     return names;
 }
 
-std::string_view StandInOf(PluginKind kind, std::string_view name) {
-    for (const Plugin &plugin : Plugins(kind).known)
-        if (plugin.name == name)
-            return plugin.standIn;
-    return {};
+std::string_view DirectiveOf(PluginKind kind) {
+    static constexpr std::array<std::string_view, kPluginKinds> kNames{
+        "Camera", "Sampler",  "Film",    "PixelFilter", "Integrator",      "Accelerator",
+        "Shape",  "Material", "Texture", "LightSource", "AreaLightSource", "MakeNamedMedium"};
+    return kNames[static_cast<size_t>(kind)];
+}
+
+PluginTables::PluginTables(std::initializer_list<const PluginTable *> tables) {
+    for (const PluginTable *table : tables)
+        tables_[static_cast<size_t>(table->kind)] = table;
 }
 
 namespace {
@@ -146,7 +47,7 @@ std::string Join(const std::vector<std::string> &parts, const char *between) {
 std::string FeatureRow(const PluginTable &table) {
     std::vector<std::string> rendered, ours, standIns;
     std::vector<std::vector<std::string>> replaced; // by each of standIns
-    for (const Plugin &plugin : table.known) {
+    for (const PluginInfo &plugin : table.rows) {
         const std::string name = plugin.name.empty() ? "`\"\"`" : std::string(plugin.name);
         if (plugin.standIn.empty()) {
             (plugin.ours ? ours : rendered).push_back(name);
@@ -167,17 +68,18 @@ std::string FeatureRow(const PluginTable &table) {
         left.emplace_back(table.remark);
     for (size_t i = 0; i < standIns.size(); ++i)
         right.push_back(Join(replaced[i], ", ") + ": " + standIns[i]);
-    return "| `" + std::string(table.directive) + "` | " + Join(left, "; ") + " | " + Join(right, "; ") +
-           " |\n";
+    return "| `" + std::string(DirectiveOf(table.kind)) + "` | " + Join(left, "; ") + " | " +
+           Join(right, "; ") + " |\n";
 }
 
 } // namespace
 
-std::string FeatureTable() {
+std::string FeatureTable(const PluginTables &tables) {
     std::string text =
         "| directive | rendered | known, with a warning and what is used instead |\n| --- | --- | --- |\n";
     for (size_t kind = 0; kind < kPluginKinds; ++kind)
-        text += FeatureRow(Plugins(static_cast<PluginKind>(kind)));
+        if (const PluginTable *table = tables.Find(static_cast<PluginKind>(kind)))
+            text += FeatureRow(*table);
     return text + "| `ActiveTransform`, `TransformTimes` | | motion: the place at the start time |\n";
 }
 

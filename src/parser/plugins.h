@@ -1,7 +1,34 @@
-// The table of what pbrt-v3 knows by name, and what becomes of it: what is rendered, and what stands in for the rest. The
-// parser, the makers of things and `cuticle features` all ask it, so what the documentation says is what happens.
+// A plug-in of pbrt (the "hair" of Material "hair") is one row in the table of its kind: name, parameters, what stands in
+// for it, what it means, and in the room that makes the kind also its maker. The parser checks names against the tables
+// that it is handed, the makers look themselves up in them, and `cuticle features` prints them: that is the manual.
+//
+// How rows are written, in the file that makes the kind:
+//
+//     constexpr ParamInfo kBumpMap{"bumpmap", "float texture", "lengths of the scene", "", "a height over the surface"};
+//     constexpr ParamInfo kMatteParams[] = {
+//         {"Kd", "spectrum texture", "", "0.5", "the share of light that is reflected", 0, 1},
+//         {"sigma", "float texture", "degrees", "0", "roughness (Oren and Nayar 1994)", 0, 90},
+//         kBumpMap,
+//     };
+//     const PluginRow<Maker> kMaterials[] = {
+//         {{"matte", kMatteParams, "a diffuse surface"}, Make<MatteMaterial>},
+//         {{.name = "fourier", .standIn = "a matte surface of reflectance 0.5"}, MakeFourier},
+//     };
+//     const PluginTable &MaterialPlugins() {
+//         static const PluginTable table{PluginKind::Material, PluginInfos(kMaterials), {"conductor"}, {"shinymetal"}};
+//         return table;
+//     }
+//
+// Parameters stand in the row in the order in which the manual shall print them. A parameter that several plug-ins read
+// is a constant of its own. A row whose parameters are only known when the program runs (Material "hair": those of all
+// fiber models) stands in a function's static array.
 #pragma once
 
+#include "core/param_info.h"
+
+#include <array>
+#include <initializer_list>
+#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,6 +36,7 @@
 
 namespace cuticle {
 
+// To add one: here, its table in the room that makes the kind, and that table in AllPlugins() (render/plugins.cpp).
 enum class PluginKind {
     Camera,
     Sampler,
@@ -25,28 +53,72 @@ enum class PluginKind {
 };
 inline constexpr size_t kPluginKinds = 12;
 
-struct Plugin {
+// What is known of a plug-in apart from its maker. Texts and parameters live as long as the program.
+struct PluginInfo {
     std::string_view name;
-    std::string_view standIn =
-        {};            // of what is known and not rendered: what is used instead; empty: it is rendered
+    std::span<const ParamInfo> params = {};
+    std::string_view meaning = {}; // one line for the manual
+    // Of a plug-in that is known and not rendered: what is used instead, as in "a matte surface". Empty: it is rendered.
+    std::string_view standIn = {};
     bool ours = false; // no plug-in of pbrt-v3
+
+    // The row of a parameter, or null.
+    const ParamInfo *FindParam(std::string_view param) const;
 };
 
-// One kind: the directive that takes these names, all that are read, and what only pbrt's successor and predecessor know.
+// A row of the room that makes the kind. Maker: whatever the room calls to make one.
+template <class Maker>
+struct PluginRow {
+    PluginInfo info;
+    Maker make;
+};
+
+// The rows without their makers, for a PluginTable.
+template <class Rows>
+std::vector<PluginInfo> PluginInfos(const Rows &rows) {
+    std::vector<PluginInfo> infos;
+    for (const auto &row : rows)
+        infos.push_back(row.info);
+    return infos;
+}
+
+// The row of this name in an array or vector of PluginRows, or null.
+template <class Rows>
+auto FindPluginRow(const Rows &rows, std::string_view name) -> decltype(&*std::begin(rows)) {
+    for (const auto &row : rows)
+        if (row.info.name == name)
+            return &row;
+    return nullptr;
+}
+
+// All plug-ins of one kind.
 struct PluginTable {
-    std::string_view directive;
-    std::vector<Plugin> known;
-    std::vector<std::string_view> v4, v2;
-    std::string_view remark; // for the documentation
-};
-const PluginTable &Plugins(PluginKind kind);
+    PluginKind kind;
+    std::vector<PluginInfo> rows;
+    // Names that only pbrt-v4, or only pbrt-v2, has: a scene that uses one is told so.
+    std::vector<std::string_view> v4 = {}, v2 = {};
+    std::string_view remark = {}; // one line on the whole kind, for the manual
 
-// The names that are read, ours among them.
-std::vector<std::string_view> PluginNames(PluginKind kind);
-// What is used instead of a plug-in that is not rendered; empty for one that is, and for unknown names.
-std::string_view StandInOf(PluginKind kind, std::string_view name);
+    const PluginInfo *Find(std::string_view name) const; // null for an unknown name
+    std::vector<std::string_view> Names() const;         // that are read, ours among them
+};
+
+// The directive that takes names of this kind, "Camera", "PixelFilter", ...
+std::string_view DirectiveOf(PluginKind kind);
+
+// The tables that a parser is handed; each must outlive it. Names of a kind without a table are not checked.
+// AllPlugins() (render/plugins.h) has all of them.
+class PluginTables {
+  public:
+    PluginTables() = default;
+    PluginTables(std::initializer_list<const PluginTable *> tables);
+    const PluginTable *Find(PluginKind kind) const { return tables_[static_cast<size_t>(kind)]; }
+
+  private:
+    std::array<const PluginTable *, kPluginKinds> tables_{};
+};
 
 // All of it as a Markdown table.
-std::string FeatureTable();
+std::string FeatureTable(const PluginTables &tables);
 
 } // namespace cuticle

@@ -101,6 +101,8 @@ struct SceneDescription {
     size_t bytesRead = 0; // of scene text, decompressed
 };
 
+class PluginTables;
+
 struct ParseOptions {
     // Not null: an error is added here instead of thrown, and parsing goes on at the next directive (at most 1000
     // errors). To see every problem of a file at once.
@@ -112,9 +114,13 @@ struct ParseOptions {
 
 // Reads a pbrt-v3 scene file (.pbrt or .pbrt.gz, decided by content) with everything it includes. Throws Error with
 // file:line:col and the offending line.
-SceneDescription ParseScene(const std::string &filename, const ParseOptions &options = {});
+//
+// plugins: the names that it may use, and which parameters of a Shape are its material's; AllPlugins()
+// (render/plugins.h) has all that is rendered.
+SceneDescription ParseScene(const PluginTables &plugins, const std::string &filename,
+                            const ParseOptions &options = {});
 // The same from text in memory; `name` stands in messages, relative names are taken from `folder`.
-SceneDescription ParseSceneText(const std::string &text, const std::string &name,
+SceneDescription ParseSceneText(const PluginTables &plugins, const std::string &text, const std::string &name,
                                 const std::string &folder = ".", const ParseOptions &options = {});
 
 } // namespace cuticle

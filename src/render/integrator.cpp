@@ -1,8 +1,8 @@
 //> Turn names into integrators
 #include "render/integrator.h"
 
-#include "parser/plugins.h"
 #include "render/path.h"
+#include "render/plugins.h"
 
 #include <algorithm>
 
@@ -52,14 +52,16 @@ std::unique_ptr<Integrator> MakeIntegrator(const Entity &entity, const std::stri
     if (override) // the scene's parameters belong to another integrator: only the depth carries over
         std::erase_if(params.params, [](const Param &p) { return p.name != "maxdepth"; });
     //> Make the integrator, or say what stands in for it
-    const std::vector<std::string_view> names = PluginNames(PluginKind::Integrator);
-    if (std::find(names.begin(), names.end(), type) == names.end())
-        throw Error(params.loc,
-                    "unknown integrator \"" + type + "\". " + Suggestion(type, names.data(), names.size()));
+    const PluginInfo *plugin = IntegratorPlugins().Find(type);
+    if (!plugin) {
+        const std::vector<std::string_view> names = IntegratorPlugins().Names();
+        throw Error(params.loc, "unknown integrator \"{}\"", type)
+            .WithRemedy(Suggestion(type, names.data(), names.size()));
+    }
     // pbrt-v3's "whitted" adds up direct light and follows mirrors and glass: the picture of "directlighting".
     const bool direct = type == "directlighting" || type == "whitted";
     auto integrator = std::make_unique<PathIntegrator>(PathSettings(params, direct));
-    const std::string standIn(StandInOf(PluginKind::Integrator, type));
+    const std::string standIn(plugin->standIn);
     if (standIn.empty()) {
         params.ReportUnused("Integrator \"" + type + "\"");
         return integrator;

@@ -5,7 +5,7 @@
 #include "grooms/groom_file.h"
 #include "grooms/head_shape.h"
 #include "grooms/procedural.h"
-#include "parser/plugins.h"
+#include "scene/plugins.h"
 #include "shapes/loop_subdivision.h"
 #include "shapes/ply.h"
 #include "shapes/strand_normals.h"
@@ -98,11 +98,13 @@ class Scene::Builder {
         const PlaceScope here(p.loc);
         if (shape.type == "hairfile" || shape.type == "groom")
             return AddGroom(shape, curves);
-        if (const std::string standIn(StandInOf(PluginKind::Shape, shape.type)); !standIn.empty()) {
+        const PluginInfo *plugin = ShapePlugins().Find(shape.type);
+        if (plugin && !plugin->standIn.empty()) {
             for (const Param &param : p.params)
                 param.used = true;
-            return Warning(p.loc, "shape \"" + shape.type + "\" is not rendered",
-                           "shape \"" + shape.type + "\" is not rendered; it is " + standIn);
+            return Warning(
+                p.loc, "shape \"" + shape.type + "\" is not rendered",
+                fmt::format("shape \"{}\" is not rendered; it is {}", shape.type, plugin->standIn));
         }
         // Without a material light passes a surface: it is no surface, unless it emits
         const bool visible = MaterialOf(shape.state) != nullptr || shape.state.areaLight >= 0;
@@ -168,7 +170,7 @@ class Scene::Builder {
             const Point3f p1 = p.FindPoint3f("p1", {0, 0, 0}), p2 = p.FindPoint3f("p2", {1, 1, 1});
             return visible ? solids.AddHyperboloid(toWorld, p1, p2, phiMax, id, flip) : 0;
         }
-        const std::vector<std::string_view> names = PluginNames(PluginKind::Shape);
+        const std::vector<std::string_view> names = ShapePlugins().Names();
         throw Error(p.loc, "unknown shape \"" + shape.type + "\". " +
                                Suggestion(shape.type, names.data(), names.size()));
     }

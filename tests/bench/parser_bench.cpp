@@ -1,6 +1,7 @@
 // How fast scene text becomes curves, on one core: bytes_per_second is of scene text, items are Shape "curve" statements.
 // The argument is the number of statements. BM_GeneralReader reads the same text without the short way for curves.
 #include "parser/scene_description.h"
+#include "render/plugins.h"
 
 #include <benchmark/benchmark.h>
 
@@ -65,7 +66,7 @@ void ReadText(benchmark::State &state, Style style, bool fast) {
     options.fastCurves = fast;
     size_t curves = 0, capacity = 0;
     for (auto _ : state) {
-        const SceneDescription scene = ParseSceneText(text, "generated", ".", options);
+        const SceneDescription scene = ParseSceneText(AllPlugins(), text, "generated", ".", options);
         curves = scene.curves.segments.size();
         capacity = scene.curves.segments.capacity();
         benchmark::DoNotOptimize(scene.curves.segments.data());
@@ -95,7 +96,7 @@ void ReadFile(benchmark::State &state, bool packed) {
     }
     size_t curves = 0, capacity = 0;
     for (auto _ : state) {
-        const SceneDescription scene = ParseScene(path);
+        const SceneDescription scene = ParseScene(AllPlugins(), path);
         curves = scene.curves.segments.size();
         capacity = scene.curves.segments.capacity();
     }

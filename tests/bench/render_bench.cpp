@@ -4,6 +4,7 @@
 // 256 x 256, 16 samples per pixel, depth 30. CUTICLE_BENCH_SPP sets another number of samples.
 #include "core/error.h"
 #include "fibers/hair_lanes.h"
+#include "render/plugins.h"
 #include "render/renderer.h"
 
 #include <benchmark/benchmark.h>
@@ -44,7 +45,7 @@ void RenderHead(benchmark::State &state) {
     SetHairKernels(plain ? "scalar" : best);
     std::string text = kScene;
     text.replace(text.find("SEPARATE"), 8, who == PlainPbrt ? "true" : "false");
-    SceneDescription description = ParseSceneText(text, "benchmark");
+    SceneDescription description = ParseSceneText(AllPlugins(), text, "benchmark");
     SceneOptions sceneOptions;
     sceneOptions.binaryCurves = plain;
     const Scene scene(&description, sceneOptions);

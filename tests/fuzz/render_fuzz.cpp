@@ -2,6 +2,7 @@
 #include "fuzz/fuzz.h"
 
 #include "core/parallel.h"
+#include "render/plugins.h"
 #include "render/renderer.h"
 
 using namespace cuticle;
@@ -43,7 +44,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         std::vector<std::string> errors;
         ParseOptions parseOptions;
         parseOptions.collectErrors = &errors;
-        SceneDescription description = ParseSceneText(Text(data, size), "fuzz.pbrt", ".", parseOptions);
+        SceneDescription description =
+            ParseSceneText(AllPlugins(), Text(data, size), "fuzz.pbrt", ".", parseOptions);
         if (TakesLong(description))
             return;
         const Scene scene(&description, {});

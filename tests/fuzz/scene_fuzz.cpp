@@ -1,6 +1,7 @@
 // Scene text through the parser. The short cut for curves and the general reader must agree on every text.
 #include "fuzz/fuzz.h"
 #include "parser/scene_description.h"
+#include "render/plugins.h"
 
 #include <vector>
 
@@ -13,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         ParseOptions options;
         options.collectErrors = errors;
         options.fastCurves = fastCurves;
-        Accepts([&] { scene = ParseSceneText(text, "fuzz.pbrt", ".", options); });
+        Accepts([&] { scene = ParseSceneText(AllPlugins(), text, "fuzz.pbrt", ".", options); });
         return scene;
     };
     std::vector<std::string> fastErrors, slowErrors;
@@ -26,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             Require(a[i].cp[k] == b[i].cp[k] && IsFinite(a[i].cp[k]));
     // Without a list the first error is thrown
     bool threw = false;
-    threw = !Accepts([&] { ParseSceneText(text, "fuzz.pbrt"); });
+    threw = !Accepts([&] { ParseSceneText(AllPlugins(), text, "fuzz.pbrt"); });
     Require(threw == !fastErrors.empty());
     return 0;
 }

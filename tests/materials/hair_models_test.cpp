@@ -1,5 +1,6 @@
 // Which model of a fiber a scene gets, and what it is told.
 #include "materials/hair_models.h"
+#include "materials/material.h"
 #include "warnings.h"
 
 #include "core/error.h"
@@ -10,10 +11,13 @@
 namespace cuticle {
 namespace {
 
+const PluginTables kPlugins{&MaterialPlugins(), &TexturePlugins()};
+
 // The one hair material of a scene with these parameters.
 std::unique_ptr<Material> HairOf(const std::string &parameters, const std::string &override = "") {
     const SceneDescription scene = ParseSceneText(
-        "WorldBegin\nMaterial \"hair\" " + parameters + "\nShape \"sphere\"\nWorldEnd\n", "scene.pbrt");
+        kPlugins, "WorldBegin\nMaterial \"hair\" " + parameters + "\nShape \"sphere\"\nWorldEnd\n",
+        "scene.pbrt");
     const TextureTable textures(scene.floatTextures, scene.spectrumTextures);
     MaterialOptions options;
     options.hairModel = override;
@@ -120,7 +124,8 @@ TEST(HairModels, TablesAreOfOneFiber) {
     const auto message = [&](const std::string &parameters, const std::string &textures) {
         try {
             const SceneDescription scene =
-                ParseSceneText("WorldBegin\n" + textures + "Material \"hair\" " + tabulated + parameters +
+                ParseSceneText(kPlugins,
+                               "WorldBegin\n" + textures + "Material \"hair\" " + tabulated + parameters +
                                    "\nShape \"sphere\"\nWorldEnd\n",
                                "scene.pbrt");
             const TextureTable table(scene.floatTextures, scene.spectrumTextures);

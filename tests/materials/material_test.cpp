@@ -11,6 +11,8 @@
 namespace cuticle {
 namespace {
 
+const PluginTables kPlugins{&MaterialPlugins(), &TexturePlugins()};
+
 // The materials of a scene's text, in the order of the description; [0] is the default.
 struct Made {
     SceneDescription scene;
@@ -20,7 +22,8 @@ struct Made {
 
 Made MakeAll(const std::string &world) {
     Made made;
-    made.scene = ParseSceneText("WorldBegin\n" + world + "\nShape \"sphere\"\nWorldEnd\n", "test.pbrt");
+    made.scene =
+        ParseSceneText(kPlugins, "WorldBegin\n" + world + "\nShape \"sphere\"\nWorldEnd\n", "test.pbrt");
     made.textures = TextureTable(made.scene.floatTextures, made.scene.spectrumTextures);
     for (const MaterialEntity &entity : made.scene.materials)
         made.materials.push_back(MakeMaterial(entity, made.textures, {}, made.materials));

@@ -1,4 +1,5 @@
 // Textures, from the scene's words to values.
+#include "materials/material.h"
 #include "materials/texture.h"
 #include "warnings.h"
 
@@ -20,6 +21,8 @@ using namespace cuticle;
 namespace fs = std::filesystem;
 
 namespace {
+
+const PluginTables kPlugins{&MaterialPlugins(), &TexturePlugins()};
 
 std::string MessageOf(const std::function<void()> &f) {
     try {
@@ -45,7 +48,7 @@ class Textures : public testing::Test {
         fs::remove_all(folder);
     }
     SceneDescription Parse(const std::string &text) const {
-        return ParseSceneText("WorldBegin\n" + text + "\nWorldEnd\n", "test.pbrt", folder.string());
+        return ParseSceneText(kPlugins, "WorldBegin\n" + text + "\nWorldEnd\n", "test.pbrt", folder.string());
     }
     TextureTable Table(const std::string &text) const {
         const SceneDescription scene = Parse(text);

@@ -1,5 +1,6 @@
 #include "parser/param_set.h"
 #include "parser/scene_description.h"
+#include "render/plugins.h"
 #include "warnings.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +9,8 @@ namespace cuticle {
 namespace {
 
 ParamSet Params(const std::string &text) {
-    return ParseSceneText("WorldBegin Shape \"sphere\"\n" + text + "\nWorldEnd", "t.pbrt", "scenes")
+    return ParseSceneText(AllPlugins(), "WorldBegin Shape \"sphere\"\n" + text + "\nWorldEnd", "t.pbrt",
+                          "scenes")
         .shapes.at(0)
         .params;
 }
@@ -95,7 +97,7 @@ TEST(ParamSet, WrongTypeCountOrRangeIsAnErrorAtThePlace) {
 
 TEST(ParamSet, ErrorShowsTheLineOfAFileLongAfterParsing) {
     const std::string path = std::string(CUTICLE_SOURCE_DIR) + "/tests/parser/data/include_top.pbrt";
-    const SceneDescription s = ParseScene(path);
+    const SceneDescription s = ParseScene(AllPlugins(), path);
     EXPECT_EQ(ErrorOf([&] { s.camera.params.FindString("fov", ""); }),
               path +
                   ":2:22: error: \"fov\" is given as float; it must be \"string fov\"\n"

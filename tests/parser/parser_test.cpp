@@ -1,7 +1,8 @@
+#include "materials/material.h"
 #include "parser/lexer.h"
 #include "parser/parser.h"
-#include "parser/plugins.h"
 #include "parser/scene_description.h"
+#include "render/plugins.h"
 #include "shapes/curve.h"
 #include "warnings.h"
 
@@ -25,7 +26,9 @@ const std::string kData = std::string(CUTICLE_SOURCE_DIR) + "/tests/parser/data"
 
 std::string World(const std::string &body) { return "WorldBegin\n" + body + "\nWorldEnd\n"; }
 
-SceneDescription Parse(const std::string &text) { return ParseSceneText(text, "test.pbrt", kData); }
+SceneDescription Parse(const std::string &text) {
+    return ParseSceneText(AllPlugins(), text, "test.pbrt", kData);
+}
 
 // The message that parsing ends with; "" when there is none.
 std::string ErrorOf(const std::string &text) {
@@ -492,7 +495,7 @@ TEST(Parser, AreaLightsInObjectsAreOneWarning) {
 // --- files ------------------------------------------------------------------------------------------------------------------
 
 TEST(Parser, IncludesAreRelativeToTheTopFile) {
-    const auto s = ParseScene(kData + "/include_top.pbrt");
+    const auto s = ParseScene(AllPlugins(), kData + "/include_top.pbrt");
     ASSERT_EQ(s.shapes.size(), 3u);
     const float radii[] = {1, 2, 3};
     for (size_t i = 0; i < 3; ++i)
@@ -525,14 +528,14 @@ TEST(Parser, MissingIncludeIsAnErrorWithItsPlace) {
     std::vector<std::string> errors;
     ParseOptions options;
     options.collectErrors = &errors;
-    ParseSceneText(text, "test.pbrt", kData, options);
+    ParseSceneText(AllPlugins(), text, "test.pbrt", kData, options);
     EXPECT_EQ(errors.size(), 1u);
 }
 
 TEST(Parser, IncludingItselfIsSeen) {
-    EXPECT_THROW(ParseScene(kData + "/loop_a.pbrt"), Error);
+    EXPECT_THROW(ParseScene(AllPlugins(), kData + "/loop_a.pbrt"), Error);
     try {
-        ParseScene(kData + "/loop_a.pbrt");
+        ParseScene(AllPlugins(), kData + "/loop_a.pbrt");
     } catch (const Error &e) {
         EXPECT_TRUE(Has(e.what(), kData + "/loop_b.pbrt:2:11: error: ")) << e.what();
         EXPECT_TRUE(Has(e.what(), "includes itself by way of other files")) << e.what();
@@ -553,7 +556,7 @@ TEST(Parser, IncludesHaveALimitInDepthAndInNumber) {
     folder.Write("g20", "");
     const auto error = [&](const std::string &first) -> std::string {
         try {
-            ParseSceneText(World("Include \"" + first + "\""), "top.pbrt", folder.Path());
+            ParseSceneText(AllPlugins(), World("Include \"" + first + "\""), "top.pbrt", folder.Path());
         } catch (const Error &e) {
             return e.what();
         }
@@ -576,17 +579,18 @@ TEST(Parser, GzipIsKnownByItsContent) {
          {folder.Write("a.pbrt.gz", Gzip(text)), folder.Write("b.pbrt", Gzip(text)),
           folder.Write("c.pbrt.gz", text),
           folder.Write("d.gz", Gzip(half) + Gzip(rest))}) { // members may follow one another
-        const auto s = ParseScene(path);
+        const auto s = ParseScene(AllPlugins(), path);
         EXPECT_EQ(s.curves.segments.size(), plain.curves.segments.size()) << path;
         EXPECT_EQ(s.bytesRead, text.size()) << path;
         EXPECT_EQ(s.curves.segments.back().cp[3].x, 19999) << path;
     }
     folder.Write("inner.gz", Gzip("Shape \"sphere\"\n"));
-    EXPECT_EQ(ParseSceneText(World("Include \"inner.gz\""), "t", folder.Path()).shapes.size(), 1u);
+    EXPECT_EQ(ParseSceneText(AllPlugins(), World("Include \"inner.gz\""), "t", folder.Path()).shapes.size(),
+              1u);
 
     const auto error = [&](const std::string &content) -> std::string {
         try {
-            ParseScene(folder.Write("bad.gz", content));
+            ParseScene(AllPlugins(), folder.Write("bad.gz", content));
         } catch (const Error &e) {
             return e.what();
         }
@@ -611,13 +615,13 @@ TEST(Parser, LargeFileIsReleasedBehindTheReader) {
         text += "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 " + std::to_string(i) +
                 " 0 0] \"float width0\" [0.010000] \"float width1\" [0.005000]\n";
     ASSERT_GT(text.size(), size_t(20) << 20);
-    const auto s = ParseScene(folder.Write("large.pbrt", text + "AttributeEnd WorldEnd\n"));
+    const auto s = ParseScene(AllPlugins(), folder.Write("large.pbrt", text + "AttributeEnd WorldEnd\n"));
     ASSERT_EQ(s.curves.segments.size(), static_cast<size_t>(kCurves));
     for (int i = 0; i < kCurves; ++i)
         ASSERT_EQ(s.curves.segments[static_cast<size_t>(i)].cp[3].x, static_cast<float>(i));
     const std::string path = folder.Write("wrong.pbrt", text + "  TransformEnd\n");
     try {
-        ParseScene(path);
+        ParseScene(AllPlugins(), path);
         FAIL() << "TransformEnd closed an AttributeBegin";
     } catch (const Error &e) {
         EXPECT_EQ(std::string(e.what()),
@@ -628,18 +632,18 @@ TEST(Parser, LargeFileIsReleasedBehindTheReader) {
 }
 
 TEST(Parser, FilesThatAreNone) {
-    EXPECT_THROW(ParseScene(kData + "/no such file.pbrt"), Error);
-    EXPECT_THROW(ParseScene(kData), Error);
+    EXPECT_THROW(ParseScene(AllPlugins(), kData + "/no such file.pbrt"), Error);
+    EXPECT_THROW(ParseScene(AllPlugins(), kData), Error);
     const TemporaryFolder folder;
-    EXPECT_THROW(ParseScene(folder.Write("empty", "")), Error);
+    EXPECT_THROW(ParseScene(AllPlugins(), folder.Write("empty", "")), Error);
     // A file of exactly whole pages has no byte behind it to stop at.
     std::string page = World("Shape \"sphere\"");
     page.insert(0, 8192 - page.size(), '\n');
     page.back() = ' ';
-    EXPECT_EQ(ParseScene(folder.Write("page", page)).shapes.size(), 1u);
+    EXPECT_EQ(ParseScene(AllPlugins(), folder.Write("page", page)).shapes.size(), 1u);
     const std::string number = "WorldBegin Translate 0 0 " + std::string(8192 - 25, '1');
     ASSERT_EQ(number.size() % 4096, 0u);
-    EXPECT_THROW(ParseScene(folder.Write("number", number)), Error);
+    EXPECT_THROW(ParseScene(AllPlugins(), folder.Write("number", number)), Error);
 }
 
 // --- curves ----------------------------------------------------------------------------------------------------------------
@@ -793,7 +797,8 @@ TEST(ParserCurves, FastAndGeneralReaderAgreeBitForBit) {
     ParseOptions slow;
     slow.fastCurves = false;
     const std::string text = World(body);
-    const auto a = ParseSceneText(text, "a", "."), b = ParseSceneText(text, "b", ".", slow);
+    const auto a = ParseSceneText(AllPlugins(), text, "a", "."),
+               b = ParseSceneText(AllPlugins(), text, "b", ".", slow);
     FlushWarnings();
     ASSERT_GT(a.curves.segments.size(), static_cast<size_t>(statements));
     ASSERT_EQ(a.curves.segments.size(), b.curves.segments.size());
@@ -1005,7 +1010,8 @@ TEST(ParserErrors, CollectedOneByOne) {
     std::vector<std::string> errors;
     ParseOptions options;
     options.collectErrors = &errors;
-    const auto s = ParseSceneText("Film \"rgb\"\nCamera \"perspective\" \"float fov\" x\nWorldBegin\nShape "
+    const auto s = ParseSceneText(AllPlugins(),
+                                  "Film \"rgb\"\nCamera \"perspective\" \"float fov\" x\nWorldBegin\nShape "
                                   "\"sphere\" \"float radius\" [1\n"
                                   "Shape \"disk\"\nAttributeEnd\nShape \"curve\" \"point P\" [0 0 "
                                   "0]\n\"unclosed\nShape \"sphere\"\nWorldEnd",
@@ -1023,8 +1029,8 @@ TEST(ParserErrors, UnreadableIncludeLeavesTheIncluderReadable) {
     std::vector<std::string> errors;
     ParseOptions options;
     options.collectErrors = &errors;
-    const auto s =
-        ParseSceneText(World("Include \"utf16.pbrt\"\nShape \"sphere\""), "t", folder.Path(), options);
+    const auto s = ParseSceneText(AllPlugins(), World("Include \"utf16.pbrt\"\nShape \"sphere\""), "t",
+                                  folder.Path(), options);
     EXPECT_EQ(s.shapes.size(), 1u);
     ASSERT_EQ(errors.size(), 1u);
     EXPECT_TRUE(Has(errors[0], "utf16.pbrt:1:1: error: this is UTF-16 text")) << errors[0];
@@ -1139,9 +1145,10 @@ TEST(ParserRealFiles, ParseOrLackFiles) {
             // A part that others include is parsed as they do it.
             const bool isPart = entry.path().parent_path().filename() == "geometry";
             const auto s = isPart
-                               ? ParseSceneText(World("Include \"" + entry.path().filename().string() + "\""),
+                               ? ParseSceneText(AllPlugins(),
+                                                World("Include \"" + entry.path().filename().string() + "\""),
                                                 "whole", entry.path().parent_path().string(), options)
-                               : ParseScene(entry.path().string(), options);
+                               : ParseScene(AllPlugins(), entry.path().string(), options);
             for (const std::string &e : errors) {
                 EXPECT_TRUE(Has(e, ": No such file or directory")) << e;
                 ++missing;
@@ -1154,7 +1161,7 @@ TEST(ParserRealFiles, ParseOrLackFiles) {
 }
 
 TEST(ParserTables, EveryMaterialHasItsParametersOrNone) {
-    for (const std::string_view type : PluginNames(PluginKind::Material))
+    for (const std::string_view type : MaterialPlugins().Names())
         EXPECT_EQ(MaterialParameters(type).empty(), type.empty() || type == "none") << type;
     EXPECT_TRUE(MaterialParameters("unheard of").empty());
 }

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "grooms/hair_file.h"
 #include "grooms/procedural.h"
+#include "render/plugins.h"
 
 #include <gtest/gtest.h>
 
@@ -72,7 +73,7 @@ WorldEnd
         Outcome o;
         testing::internal::CaptureStderr();
         try {
-            SceneDescription description = ParseSceneText(text, "test.pbrt", folder_.string());
+            SceneDescription description = ParseSceneText(AllPlugins(), text, "test.pbrt", folder_.string());
             const Scene scene(&description, {});
             RenderOptions options;
             options.progress = false;

@@ -1,6 +1,7 @@
 // Pharr's figure 1.20: a mass of hair looks like the colour from which its absorption was found.
 #include "core/color.h"
 #include "fibers/hair.h"
+#include "render/plugins.h"
 #include "render/renderer.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +25,7 @@ Material "hair" "rgb sigma_a" [)"
          << sigmaA[0] << " " << sigmaA[1] << " " << sigmaA[2] << R"(] "float beta_n" )" << betaN << R"(
 Shape "groom" "string kind" "hair-cube" "integer strands" )"
          << 10000 * size * size << " \"float side\" " << 2 * size << " WorldEnd";
-    SceneDescription description = ParseSceneText(text.str(), "cube.pbrt");
+    SceneDescription description = ParseSceneText(AllPlugins(), text.str(), "cube.pbrt");
     const Scene scene(&description, {});
     RenderOptions options;
     options.progress = false;

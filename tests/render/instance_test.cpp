@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/sampling.h"
+#include "render/plugins.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +23,7 @@ struct Made {
     std::unique_ptr<Scene> scene;
 };
 Made Make(const std::string &world, const SceneOptions &options = {}) {
-    Made made{ParseSceneText("WorldBegin " + world + " WorldEnd", "test.pbrt"), nullptr};
+    Made made{ParseSceneText(AllPlugins(), "WorldBegin " + world + " WorldEnd", "test.pbrt"), nullptr};
     made.scene = std::make_unique<Scene>(&made.description, options);
     return made;
 }
@@ -133,6 +134,7 @@ TEST(Instances, WhiteHairVanishesAtEveryScale) {
     for (const double scale : {1e-3, 1., 1e3}) {
         const std::string s = std::to_string(scale);
         SceneDescription description = ParseSceneText(
+            AllPlugins(),
             "Film \"image\" \"integer xresolution\" 12 \"integer yresolution\" 12 PixelFilter \"box\" LookAt "
             "0 0 " +
                 std::to_string(3 * scale) +

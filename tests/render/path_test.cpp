@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "materials/hair_material.h"
+#include "render/plugins.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@ struct Rendered {
 
 Rendered RenderText(const std::string &text, const RenderOptions &options = {},
                     const SceneOptions &sceneOptions = {}) {
-    SceneDescription description = ParseSceneText(text, "test.pbrt");
+    SceneDescription description = ParseSceneText(AllPlugins(), text, "test.pbrt");
     const Scene scene(&description, sceneOptions);
     Rendered r;
     RenderOptions o = options;
@@ -349,7 +350,7 @@ Shape "curve" "point P" [0 -3 0 0 -1 0 0 1 0 0 3 0] "float width" 1.0 WorldEnd)"
 TEST(HairMaterial, ColoursHavePbrtsPrecedence) {
     const auto sigmaA = [](const std::string &hair) {
         const SceneDescription d = ParseSceneText(
-            "WorldBegin Material \"hair\" " + hair + " Shape \"sphere\" WorldEnd", "test.pbrt");
+            AllPlugins(), "WorldBegin Material \"hair\" " + hair + " Shape \"sphere\" WorldEnd", "test.pbrt");
         const MaterialEntity &entity = d.materials.back();
         return HairColor(entity.params, TextureTable(d.floatTextures, d.spectrumTextures)).SigmaA({}, 0.3f);
     };
@@ -365,7 +366,8 @@ TEST(HairMaterial, ColoursHavePbrtsPrecedence) {
 }
 
 TEST(HairMaterial, ContradictoryColoursAreAnErrorWhenStrict) {
-    SceneDescription d = ParseSceneText("WorldBegin Material \"hair\" \"rgb color\" [.5 .2 .1] \"float "
+    SceneDescription d = ParseSceneText(AllPlugins(),
+                                        "WorldBegin Material \"hair\" \"rgb color\" [.5 .2 .1] \"float "
                                         "eumelanin\" 5 Shape \"sphere\" WorldEnd",
                                         "test.pbrt");
     const StrictWarnings strict;

@@ -1,8 +1,9 @@
 // The table of plug-ins says what happens: each is put into a scene, which is made.
-#include "parser/plugins.h"
 #include "warnings.h"
 
 #include "core/error.h"
+#include "materials/texture.h"
+#include "render/plugins.h"
 #include "render/renderer.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ const char kMissing[] = "plugins_test.none";
 
 // A scene in which the plug-in stands, with the least parameters that it needs.
 std::string SceneWith(PluginKind kind, const std::string &name) {
-    const std::string what = std::string(Plugins(kind).directive) + " \"" + name + "\" ";
+    const std::string what = std::string(DirectiveOf(kind)) + " \"" + name + "\" ";
     const std::string film =
         kind == PluginKind::Film ? "" : "Film \"image\" \"integer xresolution\" 2 \"integer yresolution\" 2 ";
     const std::string sphere = "Shape \"sphere\" ";
@@ -65,7 +66,7 @@ std::string SceneWith(PluginKind kind, const std::string &name) {
 std::string WarningsOf(PluginKind kind, const std::string &name) {
     testing::internal::CaptureStderr();
     try {
-        SceneDescription description = ParseSceneText(SceneWith(kind, name), "scene.pbrt");
+        SceneDescription description = ParseSceneText(AllPlugins(), SceneWith(kind, name), "scene.pbrt");
         const Scene scene(&description, SceneOptions());
         RenderOptions options;
         options.progress = false, options.spp = 1;
@@ -82,7 +83,7 @@ std::string WarningsOf(PluginKind kind, const std::string &name) {
 TEST(Plugins, AreRenderedOrReplacedAsTheTableSays) {
     for (size_t k = 0; k < kPluginKinds; ++k) {
         const auto kind = static_cast<PluginKind>(k);
-        for (const Plugin &plugin : Plugins(kind).known) {
+        for (const PluginInfo &plugin : AllPlugins().Find(kind)->rows) {
             const std::string said = WarningsOf(kind, std::string(plugin.name));
             const bool replaced = said.find("not rendered") != std::string::npos;
             EXPECT_EQ(replaced, !plugin.standIn.empty()) << plugin.name << " says: " << said;
@@ -92,13 +93,13 @@ TEST(Plugins, AreRenderedOrReplacedAsTheTableSays) {
 
 TEST(Plugins, OnePlaceForEachName) {
     for (size_t k = 0; k < kPluginKinds; ++k) {
-        std::vector<std::string_view> names = PluginNames(static_cast<PluginKind>(k));
+        std::vector<std::string_view> names = AllPlugins().Find(static_cast<PluginKind>(k))->Names();
         EXPECT_FALSE(names.empty());
         std::sort(names.begin(), names.end());
         EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
     }
-    EXPECT_EQ(StandInOf(PluginKind::Texture, "ptex"), "the constant 0.5");
-    EXPECT_EQ(StandInOf(PluginKind::Texture, "unheard of"), "");
+    EXPECT_EQ(TexturePlugins().Find("ptex")->standIn, "the constant 0.5");
+    EXPECT_EQ(TexturePlugins().Find("unheard of"), nullptr);
 }
 
 } // namespace

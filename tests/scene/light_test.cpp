@@ -6,13 +6,18 @@
 #include "core/error.h"
 #include "core/sampling.h"
 #include "images/image.h"
+#include "materials/material.h"
 #include "scene/camera.h"
+#include "scene/plugins.h"
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <gtest/gtest.h>
 
 namespace cuticle {
 namespace {
+
+const PluginTables kPlugins{&MaterialPlugins(), &TexturePlugins(), &ShapePlugins(), &LightPlugins(),
+                            &AreaLightPlugins()};
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 const Bounds3f kUnitBound{{-1, -1, -1}, {1, 1, 1}};
@@ -467,6 +472,7 @@ TEST(PictureLights, PowerIsTheIntegralOfIntensity) {
 // a place, a direction, an axis or a map.
 TEST(LightsInNamedSystems, AreWhereTheyWerePut) {
     const SceneDescription scene = ParseSceneText(
+        kPlugins,
         "Scale -1 1 1 LookAt 4 5 6  1 2 0  0 0 1 Camera \"perspective\" \"float fov\" 40\n"
         "WorldBegin Translate 10 0 0 Rotate 90 0 0 1 CoordinateSystem \"shelf\"\n"
         "AttributeBegin CoordSysTransform \"camera\" LightSource \"point\"\n"

@@ -2,6 +2,8 @@
 #include "core/error.h"
 #include "grooms/hair_file.h"
 #include "materials/hair_material.h"
+#include "materials/material.h"
+#include "scene/plugins.h"
 #include "scene/scene.h"
 #include "warnings.h"
 
@@ -14,6 +16,9 @@ using namespace cuticle;
 namespace fs = std::filesystem;
 
 namespace {
+
+const PluginTables kPlugins{&MaterialPlugins(), &TexturePlugins(), &ShapePlugins(), &LightPlugins(),
+                            &AreaLightPlugins()};
 
 const Spectrum kRoot{0.8f, 0.2f, 0.1f}, kTip{0.1f, 0.3f, 0.9f}, kOther{0.5f, 0.9f, 0.3f};
 
@@ -48,6 +53,7 @@ class StrandColor : public testing::Test {
 
     std::unique_ptr<Scene> Make(const std::string &shapes, bool binary = false) const {
         SceneDescription d = ParseSceneText(
+            kPlugins,
             "WorldBegin LightSource \"infinite\" Texture \"c\" \"spectrum\" \"strandcolor\" \"rgb default\" "
             "[0.25 0.5 0.75] Material \"hair\" \"texture color\" \"c\"\n" +
                 shapes + "\nWorldEnd",
@@ -72,6 +78,7 @@ class StrandColor : public testing::Test {
     // The same of a scene whose hair has one constant colour.
     Spectrum Expected(const Spectrum &color, float x, float y) const {
         SceneDescription d = ParseSceneText(
+            kPlugins,
             "WorldBegin LightSource \"infinite\" Material \"hair\" \"rgb color\" [" +
                 std::to_string(color[0]) + " " + std::to_string(color[1]) + " " + std::to_string(color[2]) +
                 "] Shape \"hairfile\" \"string filename\" \"two.hair\" WorldEnd",

@@ -7,6 +7,7 @@
 #include "figures/sheet.h"
 #include "materials/hair_models.h"
 #include "parser/parser.h"
+#include "render/plugins.h"
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +87,7 @@ std::shared_ptr<const Material> MaterialOf(const std::string &scene) {
             if (text == scene)
                 return material;
     }
-    const SceneDescription description = ParseSceneText(scene, "atlas");
+    const SceneDescription description = ParseSceneText(AllPlugins(), scene, "atlas");
     const TextureTable textures(description.floatTextures, description.spectrumTextures);
     std::shared_ptr<const Material> made = MakeMaterial(
         description.materials[static_cast<size_t>(description.shapes[0].state.material)], textures, {});

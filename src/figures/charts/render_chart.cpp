@@ -6,6 +6,7 @@
 #include "images/compare.h"
 #include "materials/hair_models.h"
 #include "render/film.h"
+#include "render/plugins.h"
 #include "render/renderer.h"
 
 #include <algorithm>
@@ -43,7 +44,7 @@ struct Rendering {
 class ReadyScene {
   public:
     ReadyScene(const std::string &file, const Way &way, bool quarter)
-        : from_(std::chrono::steady_clock::now()), description_(ParseScene(file)),
+        : from_(std::chrono::steady_clock::now()), description_(ParseScene(AllPlugins(), file)),
           scene_(&description_, {.materials = {.hairModel = way.model}}) {
         if (!way.sampler.empty())
             description_.sampler.type = way.sampler;
@@ -148,7 +149,7 @@ Rendering RenderPeer(const Peer &peer, const std::string &file) {
     } catch (const Error &e) {
         throw refused("wrote a picture that cannot be read (" + e.Message() + ")");
     }
-    const Point2i asked = Film(ParseScene(file).film, {}).Resolution();
+    const Point2i asked = Film(ParseScene(AllPlugins(), file).film, {}).Resolution();
     if (image.width != asked.x || image.height != asked.y)
         throw refused("made a picture of " + PixelsOf(image.width, image.height) + ", the scene asks for " +
                       PixelsOf(asked.x, asked.y));
