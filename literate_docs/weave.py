@@ -33,6 +33,8 @@ LITERATE = [
     "src/render/path.*",
     "src/render/integrator.*",
     "src/images/compare.*",
+    "src/images/flip.*",
+    "src/images/planes.*",
 ]
 CHAPTERS = "literate_docs/[0-9][0-9]-*.md"
 

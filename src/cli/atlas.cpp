@@ -1,7 +1,7 @@
 // cuticle atlas: maps of where the methods break.
 #include "figures/atlas/atlas.h"
 #include "cli/commands.h"
-#include "core/file.h"
+#include "files/file.h"
 
 #include <iostream>
 #include <memory>

@@ -1,7 +1,7 @@
 // cuticle goniometer: measures what one simulated fiber scatters.
 #include "cli/commands.h"
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "core/parallel.h"
 #include "figures/fiber_plot.h"
 

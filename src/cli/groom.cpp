@@ -1,7 +1,7 @@
 // cuticle groom: strands of hair, made or read, written as scene geometry.
 #include "cli/commands.h"
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "grooms/groom_file.h"
 #include "grooms/hair_file.h"
 #include "grooms/pbrt_writer.h"

@@ -1,7 +1,7 @@
 // cuticle render: scene in, picture out.
 #include "cli/commands.h"
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "core/parallel.h"
 #include "materials/hair_models.h"
 #include "render/plugins.h"

@@ -1,6 +1,7 @@
-// CHECK for invariants: what no input can break. Input is answered by Error instead (core/error.h). CHECK(condition),
-// CHECK_EQ(a, b), CHECK_LT, ... print both values, file and line, then end the program; DCHECK is for hot code and is
-// compiled out of release builds. All take more to say: CHECK_GE(width, 0) << "of segment " << i.
+// CHECK states an invariant, which no input can break; input is answered by Error (core/error.h).
+// CHECK(condition), CHECK_EQ(a, b), CHECK_LT, ... print both values, file and line, then end the program;
+// DCHECK is for hot code and is compiled out of release builds. Each takes more to say:
+//     CHECK_GE(width, 0) << "of segment " << i;
 //
 // Behind it stands glog; without it (in a browser) a few lines do the same.
 #pragma once
@@ -59,8 +60,9 @@ struct Voidify {
 
 namespace cuticle {
 
-// While it lives, a CHECK that fails on this thread also prints what `describe` returns: scene, pixel and sample of a
-// render. Costs two pointers; describe runs only at the failure. InstallCheckHandler must have been called.
+// While it lives, a CHECK that fails on this thread also prints what `describe` returns: scene, pixel and
+// sample of a render. It costs two pointers; describe, which must outlive it, runs only at the failure.
+// InstallCheckHandler must have been called.
 class CheckContext {
   public:
     explicit CheckContext(const std::function<std::string()> &describe);
@@ -73,14 +75,14 @@ class CheckContext {
     const CheckContext *outer_;
     friend std::string CheckContexts();
 };
-// What the contexts of this thread say, innermost first, a line each; "" without any.
+// Returns what the contexts of this thread say, innermost first, a line each; "" without any.
 std::string CheckContexts();
 
-// Makes a failed CHECK print its contexts before the program ends. A program calls it once; a library need not.
+// Makes a failed CHECK print its contexts before the program ends. Programs call it once; libraries need not.
 void InstallCheckHandler();
 
-// Starts the log of a program: its name, a file that takes the log besides standard error ("" for none), and the level
-// up to which VLOG speaks. The log on standard error holds warnings and errors.
+// Starts the log of a program: its name, a file that takes the log besides standard error ("" for none), and
+// the level up to which VLOG speaks. The log on standard error holds warnings and errors.
 void StartLog(const char *program, const std::string &file, int verbosity);
 
 } // namespace cuticle

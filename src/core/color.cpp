@@ -1,12 +1,10 @@
 #include "core/color.h"
 
 #include "core/error.h"
-#include "core/file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 namespace cuticle {
 
@@ -15,9 +13,9 @@ namespace {
 constexpr int lambdaMin = 360, lambdaMax = 830, lambdaStep = 5;
 constexpr size_t nTabulated = (lambdaMax - lambdaMin) / lambdaStep + 1;
 
-// x-bar, y-bar, z-bar of the CIE 1931 2-degree standard colorimetric observer, 360 to 830 nm in steps of 5 nm: the
-// table of CIE 15 (as the Colour and Vision Research Laboratory distributes it). The tests compare its sums
-// with the published ones and every row with the fit of Wyman, Sloan and Shirley 2013.
+// x-bar, y-bar, z-bar of the CIE 1931 2-degree standard colorimetric observer, 360 to 830 nm in steps of 5
+// nm: the table of CIE 15 (as the Colour and Vision Research Laboratory distributes it). The tests compare
+// its sums with the published ones and every row with the fit of Wyman, Sloan and Shirley 2013.
 constexpr std::array<std::array<double, 3>, nTabulated> observer = {{
     // clang-format off
     {0.000129900000, 0.000003917000, 0.000606100000}, // 360 nm
@@ -129,7 +127,8 @@ double YIntegral() {
     return integral;
 }
 
-// The value at wavelength l of a spectrum given by sorted samples: linear between them, constant beyond the ends.
+// The value at wavelength l of a spectrum given by sorted samples: linear between them, constant beyond the
+// ends.
 double InterpolateSamples(const std::vector<double> &lambda, const std::vector<double> &values, double l) {
     const auto above = std::upper_bound(lambda.begin(), lambda.end(), l);
     if (above == lambda.begin())
@@ -252,9 +251,9 @@ std::array<double, 3> XYZFromSamples(std::vector<double> lambda, std::vector<dou
     for (const size_t i : order)
         l.push_back(lambda[i]), v.push_back(values[i]);
 
-    // Break the axis at every whole nm and at every sample: in between, both factors are linear, the product is
-    // quadratic, and Simpson's rule is exact. (pbrt-v3 sums 471 values at whole nm with weight 470/471: 0.2%
-    // less for a constant. Here the constant 1 has Y = 1.)
+    // Break the axis at every whole nm and at every sample: in between, both factors are linear, the product
+    // is quadratic, and Simpson's rule is exact. (pbrt-v3 sums 471 values at whole nm with weight 470/471:
+    // 0.2% less for a constant. Here the constant 1 has Y = 1.)
     std::vector<double> breaks;
     for (int i = lambdaMin; i <= lambdaMax; ++i)
         breaks.push_back(i);
@@ -292,8 +291,9 @@ Spectrum BlackbodyToRGB(double kelvin, double scale) {
         throw Error("a blackbody needs a temperature above 0 kelvin, not " + std::to_string(kelvin));
     if (!std::isfinite(scale))
         throw Error("the scale of a blackbody is not finite");
-    // Planck's law relative to its maximum, lambda^-5 / (exp(c2 / (lambda T)) - 1), from logarithms so that a cold
-    // body underflows to 0 and not to 0/0. At the maximum (Wien) c2 / (lambda T) is the root of x = 5 (1 - exp(-x)).
+    // Planck's law relative to its maximum, lambda^-5 / (exp(c2 / (lambda T)) - 1), from logarithms so that a
+    // cold body underflows to 0 and not to 0/0. At the maximum (Wien) c2 / (lambda T) is the root of x = 5 (1
+    // - exp(-x)).
     constexpr double c2 = 1.438776877e7; // h c / k in nm K
     constexpr double xMax = 4.965114231744276;
     const auto logPlanck = [](double x) { return 5 * std::log(x) - x - std::log1p(-std::exp(-x)); };
@@ -303,51 +303,6 @@ Spectrum BlackbodyToRGB(double kelvin, double scale) {
         values.push_back(std::exp(logPlanck(c2 / (l * kelvin)) - logPlanck(xMax)));
     }
     return SpectrumFromSamples(std::move(lambda), std::move(values)) * static_cast<float>(scale);
-}
-
-Spectrum ParseSPD(const std::string &text, const std::string &name) {
-    FileLoc loc{std::make_shared<const std::string>(name), 0, 0};
-    std::vector<double> numbers;
-    std::istringstream in(text);
-    std::string line;
-    while (std::getline(in, line)) {
-        ++loc.line;
-        const std::string whole = line;
-        line = line.substr(0, line.find('#'));
-        for (size_t at = line.find_first_not_of(" \t\r,"); at != std::string::npos;) {
-            const size_t end = std::min(line.find_first_of(" \t\r,", at), line.size());
-            const std::string word = line.substr(at, end - at);
-            size_t read = 0;
-            double value = 0;
-            try {
-                value = std::stod(word, &read);
-            } catch (const std::exception &) {
-                read = 0;
-            }
-            if (read != word.size() || !std::isfinite(value)) {
-                loc.column = static_cast<uint32_t>(at + 1);
-                throw Error(loc, "\"{}\" is not a finite number", word.substr(0, 40))
-                    .WithRemedy("the file holds wavelengths (nm) and values")
-                    .WithSourceLine(whole);
-            }
-            numbers.push_back(value);
-            at = line.find_first_not_of(" \t\r,", end);
-        }
-    }
-    if (numbers.empty() || numbers.size() % 2 != 0)
-        throw Error(loc, "the file holds " + std::to_string(numbers.size()) +
-                             " numbers; pairs of wavelength and value were expected");
-    std::vector<double> lambda, values;
-    for (size_t i = 0; i < numbers.size(); i += 2)
-        lambda.push_back(numbers[i]), values.push_back(numbers[i + 1]);
-    const Spectrum color = SpectrumFromSamples(std::move(lambda), std::move(values));
-    if (!color.IsFinite())
-        throw Error(FileLoc{loc.file, 0, 0}, "the colour of these values is out of range");
-    return color;
-}
-
-Spectrum ReadSPD(const std::string &filename) {
-    return ParseSPD(ReadFile(filename, "the spectrum file"), filename);
 }
 
 // IEC 61966-2-1.

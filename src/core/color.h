@@ -1,4 +1,4 @@
-// Linear RGB (Rec. 709 primaries, D65 white, as pbrt-v3) and the ways into it.
+// Colours are linear RGB (Rec. 709 primaries, D65 white, as pbrt-v3); here are they and the ways into them.
 #pragma once
 
 #include "core/vecmath.h"
@@ -16,8 +16,8 @@ class RGBSpectrum {
     constexpr RGBSpectrum(float r, float g, float b) : c{r, g, b} {}
     static RGBSpectrum FromRGB(const float rgb[3]) { return {rgb[0], rgb[1], rgb[2]}; }
 
-    constexpr float operator[](int i) const { return c[static_cast<size_t>(i)]; }
-    constexpr float &operator[](int i) { return c[static_cast<size_t>(i)]; }
+    constexpr float operator[](size_t i) const { return c[i]; }
+    constexpr float &operator[](size_t i) { return c[i]; }
     constexpr RGBSpectrum operator+(const RGBSpectrum &b) const {
         return {c[0] + b[0], c[1] + b[1], c[2] + b[2]};
     }
@@ -58,16 +58,16 @@ inline std::ostream &operator<<(std::ostream &os, const Spectrum &s) {
     return os << "[ " << s[0] << ", " << s[1] << ", " << s[2] << " ]";
 }
 
-// CIE XYZ (Y = 1 for white of RGB (1,1,1)) to linear RGB, and back.
+// Convert CIE XYZ (Y = 1 for white of RGB (1,1,1)) to linear RGB, and back.
 Spectrum XYZToRGB(const std::array<double, 3> &xyz);
 std::array<double, 3> RGBToXYZ(const Spectrum &rgb);
 
-// x-bar, y-bar, z-bar of the CIE 1931 2-degree observer; lambda in nm, 0 outside 360 to 830. Tabulated in steps of
-// 5 nm, a cubic in between.
+// x-bar, y-bar, z-bar of the CIE 1931 2-degree observer; lambda in nm, 0 outside 360 to 830. Tabulated in
+// steps of 5 nm, a cubic in between.
 std::array<double, 3> MatchingFunction(double lambda);
 
-// The standard illuminant D65, 100 at 560 nm; lambda in nm, 0 outside 380 to 780. Tabulated in steps of 10 nm, linear in
-// between (CIE 15).
+// The standard illuminant D65, 100 at 560 nm; lambda in nm, 0 outside 380 to 780. Tabulated in steps of 10
+// nm, linear in between (CIE 15).
 double IlluminantD65(double lambda);
 
 // CIE 1976 L*a*b* against the white of RGB (1,1,1), and the colour difference of two of them after CIEDE2000
@@ -81,13 +81,9 @@ double CIEDE2000(const std::array<double, 3> &lab1, const std::array<double, 3> 
 std::array<double, 3> XYZFromSamples(std::vector<double> lambda, std::vector<double> values);
 Spectrum SpectrumFromSamples(std::vector<double> lambda, std::vector<double> values);
 
-// Planck's law normalised to a maximum of 1 over wavelength, times scale (pbrt-v3's "blackbody"). kelvin > 0 (Error otherwise).
+// Planck's law normalised to a maximum of 1 over wavelength, times scale (pbrt-v3's "blackbody"). kelvin > 0
+// (Error otherwise).
 Spectrum BlackbodyToRGB(double kelvin, double scale);
-
-// Reads a .spd text file of "wavelength value" pairs, # comments. Throws Error that names file and line.
-Spectrum ReadSPD(const std::string &filename);
-// The same from text in memory; `name` stands in messages.
-Spectrum ParseSPD(const std::string &text, const std::string &name);
 
 // The sRGB transfer function and its inverse; linear and encoded values nominally in [0, 1].
 float LinearToSRGB(float v);

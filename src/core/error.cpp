@@ -10,11 +10,12 @@ namespace cuticle {
 
 namespace {
 
-// Of the innermost scopes of this thread; ThreadContext carries them to threads that help.
+// The innermost scopes of this thread set these; ThreadContext carries them to threads that help.
 thread_local const FileLoc *currentPlace = nullptr;
 thread_local WarningSink *currentSink = nullptr;
 
-// The place of something that happened at loc: loc itself or, where that is not known, the directive under way.
+// The place of something that happened at loc: loc itself or, where that is not known, the directive under
+// way.
 const FileLoc &PlaceOf(const FileLoc &loc) { return loc.file || !currentPlace ? loc : *currentPlace; }
 
 // The directive under way that made another file be read, as an addition to a message at loc.
@@ -49,8 +50,8 @@ size_t EditDistance(std::string_view a, std::string_view b) {
     return row[b.size()];
 }
 
-// The part of a source line around the column, and a caret under it. Long lines (a million numbers on one line are
-// real) are cut.
+// The part of a source line around the column, and a caret under it. Long lines (a million numbers on one
+// line are real) are cut.
 std::string QuotedLine(std::string_view line, uint32_t column1) {
     constexpr size_t kAround = 60;
     const size_t column = column1 > 0 ? column1 - 1 : 0;

@@ -22,18 +22,18 @@ struct FileLoc {
     std::string ToString() const; // "file:line:col", as much of it as is known
 };
 
-// Wrong input: where, what is wrong, and what would be right. The program prints what() and exits with status 1; a
-// library user catches it and may read the fields.
+// Wrong input: where, what is wrong, and what would be right. The program prints what() and exits with status
+// 1; a library user catches it and may read the fields.
 //
 //     throw Error(loc, "\"lobes\" is {}", lobes).WithRemedy("it must be 1 to {}", kMaxSceneLobes);
 //
-// prints "scene.pbrt:2:9: error: "lobes" is 0; it must be 1 to 16". An error without a place of its own takes that of
-// the PlaceScope, if there is one.
+// prints "scene.pbrt:2:9: error: "lobes" is 0; it must be 1 to 16". An error without a place of its own takes
+// that of the PlaceScope, if there is one.
 class Error : public std::exception {
   public:
     explicit Error(std::string what) : Error(FileLoc{}, std::move(what)) {}
     Error(const FileLoc &place, std::string what);
-    // From a format string of libfmt, checked when it is compiled.
+    // Formats a string of libfmt, which is checked when it is compiled.
     template <typename Arg, typename... Args>
     Error(fmt::format_string<Arg, Args...> format, Arg &&arg, Args &&...args)
         : Error(FileLoc{}, fmt::vformat(format, fmt::make_format_args(arg, args...))) {}
@@ -53,7 +53,7 @@ class Error : public std::exception {
     const FileLoc &Place() const { return place_; }
     const std::string &What() const { return what_; }
     const std::string &Remedy() const { return remedy_; }
-    // What and remedy without place: for a caller who knows the place and throws again.
+    // Returns what and remedy without the place: for a caller who knows the place and throws again.
     std::string Message() const;
     // All of it, "file:line:col: error: what; remedy".
     const char *what() const noexcept override { return printed_.c_str(); }
@@ -66,9 +66,9 @@ class Error : public std::exception {
     std::string printed_;
 };
 
-// While it lives, errors and warnings of this thread that know no place of their own are at this one: the directive
-// whose object is being made. Those at a place in another file (a mesh, a groom) say that it was used here. The
-// innermost scope counts. ParallelFor carries it to the threads that help.
+// While it lives, errors and warnings of this thread that know no place of their own are at this one: the
+// directive whose object is being made. Those at a place in another file (a mesh, a groom) say that it was
+// used here. The innermost scope counts. ParallelFor carries it to the threads that help.
 class PlaceScope {
   public:
     explicit PlaceScope(const FileLoc &loc);
@@ -81,16 +81,16 @@ class PlaceScope {
     const FileLoc *outer_;
 };
 
-// Takes the warnings of a render. kind is a short fixed text ("unknown texture class") that repeats share; message is
-// complete, with its place. Safe from any thread. May throw Error to refuse.
+// Takes the warnings of a render. kind is a short fixed text ("unknown texture class") that repeats share;
+// message is complete, with its place. Safe from any thread. May throw Error to refuse.
 class WarningSink {
   public:
     virtual ~WarningSink() = default;
     virtual void Warn(const FileLoc &place, const std::string &kind, const std::string &message) = 0;
 };
 
-// While it lives, warnings of this thread (and of those that help it in ParallelFor) go to this sink. The innermost
-// scope counts; without any, each warning is printed on standard error.
+// While it lives, warnings of this thread (and of those that help it in ParallelFor) go to this sink. The
+// innermost scope counts; without any, each warning is printed on standard error.
 class WarningScope {
   public:
     explicit WarningScope(WarningSink *sink);
@@ -108,8 +108,8 @@ class WarningLog : public WarningSink {
     // strict: every warning becomes an Error (cuticle render --strict).
     explicit WarningLog(bool strict = false) : strict_(strict) {}
     void Warn(const FileLoc &place, const std::string &kind, const std::string &message) override;
-    // Prints "kind: N more of this kind" for the kinds that repeated, and forgets all. Returns how many warnings
-    // (repeats included) there were since the last call.
+    // Prints "kind: N more of this kind" for the kinds that repeated, and forgets all. Returns how many
+    // warnings (repeats included) there were since the last call.
     size_t Flush();
 
   private:
@@ -122,7 +122,7 @@ class WarningLog : public WarningSink {
 void Warning(const FileLoc &loc, const std::string &kind, const std::string &message);
 void Warning(const std::string &kind, const std::string &message);
 
-// What a thread that helps another takes over from it: sink and place. Copies share nothing that changes.
+// A thread that helps another takes this over from it: sink and place. Copies share nothing that changes.
 class ThreadContext {
   public:
     ThreadContext();    // of this thread
@@ -134,8 +134,8 @@ class ThreadContext {
     const FileLoc *place_;
 };
 
-// "Did you mean "x"?" for the name nearest to `name` by edit distance, or "Known are: a, b, c." when none is near.
-// names: the valid ones.
+// "Did you mean "x"?" for the name nearest to `name` by edit distance, or "Known are: a, b, c." when none is
+// near. names: the valid ones.
 std::string Suggestion(std::string_view name, const std::string_view *names, size_t count);
 
 } // namespace cuticle

@@ -56,8 +56,8 @@ constexpr double alEta[] = {0.28003, 0.31474, 0.39877, 0.52135, 0.60790, 0.72780
 constexpr double alK[] = {3.7081, 3.9165, 4.3957, 5.0008, 5.3676, 5.7781, 6.2418, 6.7839, 7.4052,
                           7.7354, 8.0601, 8.3565, 8.4914, 8.3866, 8.2573, 8.1878, 8.1134};
 
-// pbrt-v3's default metal and the file that its scenes call Cu.eta.spd, as Luxpop's collection hands it down without
-// the name of an author. Johnson and Christy 1972 find the same colour: see the test.
+// pbrt-v3's default metal and the file that its scenes call Cu.eta.spd, as Luxpop's collection hands it down
+// without the name of an author. Johnson and Christy 1972 find the same colour: see the test.
 constexpr double cuLambda[] = {
     349.2512056, 354.2405086, 359.374429,  364.6593471, 370.1020239, 375.7096303, 381.4897785, 387.4505563,
     393.6005651, 399.9489613, 406.5055016, 413.2805933, 420.2853492, 427.5316483, 435.0322035, 442.8006357,

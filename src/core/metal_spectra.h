@@ -16,11 +16,14 @@ struct MetalSpectrum {
     std::string_view source;            // who measured, when
 };
 
-// By chemical symbol (Ag Al Au Co Cr Cu Fe Ni Pd Ti W), or CuZn for brass; nothing for any other name. Upper and lower case count.
+// Finds a spectrum by chemical symbol (Ag Al Au Co Cr Cu Fe Ni Pd Ti W), or CuZn for brass; nothing for any
+// other name. Upper and lower case count.
 std::optional<MetalSpectrum> FindMetalSpectrum(std::string_view symbol, OpticalConstant which);
-// By the name of a file as pbrt-v3's scenes have it, "spds/Au.eta.spd" or "Au.k.spd"; folders do not count.
+// Finds one by the name of a file as pbrt-v3's scenes have it, "spds/Au.eta.spd" or "Au.k.spd"; folders do
+// not count.
 std::optional<MetalSpectrum> FindMetalSpectrumByFilename(std::string_view filename);
-// In linear RGB, by the rule of SpectrumFromSamples(). The symbol must be known (Error otherwise).
+// Returns the colour in linear RGB, by the rule of SpectrumFromSamples(). The symbol must be known (Error
+// otherwise).
 Spectrum MetalRGB(std::string_view symbol, OpticalConstant which);
 // All symbols, in the order of the alphabet.
 std::vector<std::string_view> MetalSymbols();

@@ -19,7 +19,8 @@ void ParallelForRange(size_t count, size_t grain, const std::function<void(size_
     const ThreadContext caller;
     tbb::parallel_for(tbb::blocked_range<size_t>(0, count, grain),
                       [&](const tbb::blocked_range<size_t> &piece) {
-                          // A thread that waits inside a loop of its own may run this piece meanwhile: it gets its context back.
+                          // A thread that waits inside a loop of its own may run this piece meanwhile: it
+                          // gets its context back.
                           const ThreadContext own;
                           struct Restore {
                               const ThreadContext &context;

@@ -28,7 +28,8 @@ Point2f DemuxFloat(Float u) {
         return {u, u};
     u = std::clamp(u, 0.f, OneMinusEpsilon);
     //> Write $u$ with 46 binary places, the unknown ones filled from a hash
-    // u 2^46 is exact in a double. What lies below the last place of u is open: any number there is the same u.
+    // u 2^46 is exact in a double. What lies below the last place of u is open: any number there is the same
+    // u.
     const double scaled = std::ldexp(static_cast<double>(u), 46);
     const double spacing =
         std::ldexp(static_cast<double>(std::nextafter(u, 1.f)) - static_cast<double>(u), 46);
@@ -48,7 +49,8 @@ Point2f ConcentricSampleDisk(const Point2f &u) {
     const Float x = 2 * u.x - 1, y = 2 * u.y - 1;
     if (x == 0 && y == 0)
         return {0, 0};
-    // Squares around the centre become circles: the longer coordinate is the radius, the shorter one the angle.
+    // Squares around the centre become circles: the longer coordinate is the radius, the shorter one the
+    // angle.
     if (std::abs(x) > std::abs(y)) {
         const Float phi = (Pi / 4) * (y / x);
         return {x * std::cos(phi), x * std::sin(phi)};
@@ -101,7 +103,8 @@ Distribution1D::Distribution1D(const Float *f, int n) : func_(f, f + n), cdf_(st
     }
     //<
     //> Scale the function to a density and sum it up to the distribution function
-    // Values so small that their density underflows are never chosen; values whose sum exceeds binary32 are fine.
+    // Values so small that their density underflows are never chosen; values whose sum exceeds binary32 are
+    // fine.
     double below = 0;
     for (size_t i = 0; i < func_.size(); ++i) {
         cdf_[i] = static_cast<Float>(below / sum);

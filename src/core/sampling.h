@@ -45,15 +45,16 @@ class RNG {
 
 //> Declare how one random number becomes two
 // Splits u into two numbers in (0, 1), the even bits and the odd bits of u (Pharr 2016, section 1.4.2, there
-// called demultiplexing). u is clamped to [0, OneMinusEpsilon]; NaN gives two NaNs. A binary32 in [0.5, 1) has
-// only 2^12 * 2^11 different halves: the bits that u cannot hold are filled from a hash of u, so that the
+// called demultiplexing). u is clamped to [0, OneMinusEpsilon]; NaN gives two NaNs. A binary32 in [0.5, 1)
+// has only 2^12 * 2^11 different halves: the bits that u cannot hold are filled from a hash of u, so that the
 // results lie spread inside their cells and are never exactly 0 or 1. Where a sampler has real dimensions to
 // spare, use those instead.
 Point2f DemuxFloat(Float u);
 //<
 
 //> Declare the warps of the unit square
-// u in [0,1]^2. Every warp keeps areas, so stratified points stay stratified; directions have |z| up the pole.
+// u in [0,1]^2. Every warp keeps areas, so stratified points stay stratified; directions have |z| up the
+// pole.
 Point2f ConcentricSampleDisk(const Point2f &u); // uniform on the unit disk; Shirley and Chiu 1997
 Vector3f CosineSampleHemisphere(const Point2f &u);
 Vector3f UniformSampleHemisphere(const Point2f &u);
@@ -73,9 +74,10 @@ inline Float UniformConePdf(Float cosThetaMax) { return 1 / (2 * Pi * (1 - cosTh
 //<
 
 //> Weigh two sampling strategies by the power heuristic
-// pdfA^2 / (pdfA^2 + pdfB^2), Veach 1997 with exponent 2: the weight of a sample that was drawn from A. Formed from
-// the ratio of the densities, so that neither squares overflow nor an infinite density gives NaN: infinity against
-// a finite density weighs 1, two infinities weigh a half, pdfA = 0 weighs 0. NaN in gives NaN out.
+// pdfA^2 / (pdfA^2 + pdfB^2), Veach 1997 with exponent 2: the weight of a sample that was drawn from A.
+// Formed from the ratio of the densities, so that neither squares overflow nor an infinite density gives NaN:
+// infinity against a finite density weighs 1, two infinities weigh a half, pdfA = 0 weighs 0. NaN in gives
+// NaN out.
 inline Float PowerHeuristic(Float pdfA, Float pdfB) {
     if (pdfA == 0)
         return std::isnan(pdfB) ? pdfB : 0;
@@ -91,8 +93,8 @@ inline Float PowerHeuristic(Float pdfA, Float pdfB) {
 //<
 
 //> Declare a piecewise constant density on the unit interval
-// pbrt-v3's Distribution1D: n equal cells over [0,1), each as likely as its function value, which must be finite
-// and not negative (else Error). A function that is zero everywhere is taken as constant. n >= 1.
+// pbrt-v3's Distribution1D: n equal cells over [0,1), each as likely as its function value, which must be
+// finite and not negative (else Error). A function that is zero everywhere is taken as constant. n >= 1.
 class Distribution1D {
   public:
     Distribution1D(const Float *f, int n);

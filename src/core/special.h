@@ -1,9 +1,9 @@
 // Special functions and the handful of operations that let one text serve numbers and registers of numbers.
 //
-// A template of the fiber model runs for float, double, long double and for a register of floats (the kernels of
-// src/fibers). It calls Exp, Expm1, Sqrt, Select, Max: the overloads for numbers stand here, those for registers in the
-// kernel. Everything here is always inlined: kernels are compiled for other processors than the rest, and no
-// function of theirs may be the one that the linker keeps for all.
+// A template of the fiber model runs for float, double, long double and for a register of floats (the kernels
+// of src/fibers). It calls Exp, Expm1, Sqrt, Select, Max: the overloads for numbers stand here, those for
+// registers in the kernel. Everything here is always inlined: kernels are compiled for other processors than
+// the rest, and no function of theirs may be the one that the linker keeps for all.
 #pragma once
 
 #include <cmath>
@@ -37,8 +37,9 @@ CUTICLE_INLINE T Max(T a, T b) {
     return a < b ? b : a;
 }
 
-// Evaluates a polynomial, coefficients (numbers or registers) from the constant upward: four at a time by pairs, so
-// that fewer multiplications wait for each other than in Horner's rule. What the kernels cost is mostly waiting.
+// Evaluates a polynomial, coefficients (numbers or registers) from the constant upward: four at a time by
+// pairs, so that fewer multiplications wait for each other than in Horner's rule. What the kernels cost is
+// mostly waiting.
 template <typename V, typename C0>
 CUTICLE_INLINE V Polynomial(V, C0 c0) {
     return V(c0);
@@ -62,9 +63,9 @@ CUTICLE_INLINE V Polynomial(V x, C0 c0, C1 c1, C2 c2, C3 c3, C... rest) {
 
 // The exponentially scaled modified Bessel function of order 0 in two parts:
 //     exp(-x) I_0(x) = factor * exp(-exponent),   x >= 0,
-// so that a caller whose result holds another exponential takes one of the sum. For float and for registers of
-// floats: one evaluation of a polynomial whose coefficients depend on the side of x = 5, in x^2 below and in
-// 1 / (x + 1/4) above (Chebyshev fits made for this file, relative error below 7e-8 before rounding).
+// so that a caller whose result holds another exponential takes one of the sum. For float and for registers
+// of floats: one evaluation of a polynomial whose coefficients depend on the side of x = 5, in x^2 below and
+// in 1 / (x + 1/4) above (Chebyshev fits made for this file, relative error below 7e-8 before rounding).
 template <typename V>
 struct ScaledBessel {
     V factor, exponent;
@@ -82,9 +83,9 @@ CUTICLE_INLINE ScaledBessel<V> SplitI0e(V x) {
     return {p * Select(small, V(1.f), Sqrt(t)), Select(small, x, V(0.f))};
 }
 
-// exp(-x) I_0(x) for x >= 0; an infinite x gives 0, NaN gives NaN. float: the fit above. double and long double:
-// the power series, all of whose terms are positive, below x = 30, and the asymptotic series (Abramowitz and
-// Stegun 9.7.1) above, whose smallest term there is of the order of exp(-60).
+// exp(-x) I_0(x) for x >= 0; an infinite x gives 0, NaN gives NaN. float: the fit above. double and long
+// double: the power series, all of whose terms are positive, below x = 30, and the asymptotic series
+// (Abramowitz and Stegun 9.7.1) above, whose smallest term there is of the order of exp(-60).
 template <std::floating_point T>
 T I0e(T x) {
     if constexpr (std::same_as<T, float>) {

@@ -1,5 +1,5 @@
-// Vectors, bounds, rays, transforms and frames, as small as a renderer of hair needs them.
-// Points, vectors and normals share one type: what a value is, its name says.
+// Vectors, bounds, rays, transforms and frames. Points, vectors and normals share one type; the alias says
+// which is meant.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@ inline constexpr float Pi = std::numbers::pi_v<float>;
 inline constexpr float Infinity = std::numeric_limits<float>::infinity();
 // The largest binary32 below 1: random numbers stay in [0, OneMinusEpsilon].
 inline constexpr float OneMinusEpsilon = 0x1.fffffep-1f;
-// A random number stands for a cell, and the ends of the interval for nothing: the cell at 0 is met at 2^-33, half
-// the step of a 32-bit generator.
+// The smallest random number that is used. 0 stands for all numbers below 2^-32, the step of a 32-bit generator;
+// this is their middle.
 inline constexpr float kMinU = 0x1p-33f;
 
 template <typename T>
@@ -40,8 +40,8 @@ struct Vector2 {
     T x{}, y{};
     constexpr Vector2() = default;
     constexpr Vector2(T xx, T yy) : x(xx), y(yy) {}
-    constexpr T operator[](int i) const { return i == 0 ? x : y; }
-    constexpr T &operator[](int i) { return i == 0 ? x : y; }
+    constexpr T operator[](size_t i) const { return i == 0 ? x : y; }
+    constexpr T &operator[](size_t i) { return i == 0 ? x : y; }
     constexpr Vector2 operator+(Vector2 b) const { return {x + b.x, y + b.y}; }
     constexpr Vector2 operator-(Vector2 b) const { return {x - b.x, y - b.y}; }
     constexpr Vector2 operator*(T s) const { return {x * s, y * s}; }
@@ -56,8 +56,8 @@ struct Vector3 {
     template <typename U>
     constexpr explicit Vector3(const Vector3<U> &o)
         : x(static_cast<T>(o.x)), y(static_cast<T>(o.y)), z(static_cast<T>(o.z)) {}
-    constexpr T operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
-    constexpr T &operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
+    constexpr T operator[](size_t i) const { return i == 0 ? x : i == 1 ? y : z; }
+    constexpr T &operator[](size_t i) { return i == 0 ? x : i == 1 ? y : z; }
     constexpr Vector3 operator+(const Vector3 &b) const { return {x + b.x, y + b.y, z + b.z}; }
     constexpr Vector3 operator-(const Vector3 &b) const { return {x - b.x, y - b.y, z - b.z}; }
     constexpr Vector3 operator*(T s) const { return {x * s, y * s, z * s}; }
@@ -83,7 +83,7 @@ std::ostream &operator<<(std::ostream &os, const Vector3<T> &v) {
     return os << "[ " << v.x << ", " << v.y << ", " << v.z << " ]";
 }
 
-// pbrt-v3's names for the roles.
+// The roles have pbrt-v3's names.
 using Vector2f = Vector2<float>;
 using Point2f = Vector2<float>;
 using Point2i = Vector2<int>;
@@ -104,7 +104,7 @@ template <typename T>
 constexpr Vector3<T> Cross(const Vector3<T> &a, const Vector3<T> &b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-// v scaled to unit length; a zero vector gives NaNs, so callers that may hold one ask first.
+// Scales v to unit length; a zero vector gives NaNs, so callers that may hold one ask first.
 template <typename T>
 Vector3<T> Normalize(const Vector3<T> &v) {
     return v / v.Length();
@@ -120,15 +120,16 @@ constexpr Vector3<T> Max(const Vector3<T> &a, const Vector3<T> &b) {
 inline bool IsFinite(const Vector3f &v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
-// The largest coordinate or width that geometry may have: products of two and of sums of them are still finite.
+// The largest coordinate or width that geometry may have: products of two and of sums of them are still
+// finite.
 inline constexpr float kMaxCoordinate = 1e18f;
-// False for NaN.
+// Whether no coordinate is beyond kMaxCoordinate; false for NaN.
 inline bool IsWithinReach(const Point3f &p) {
     return std::abs(p.x) <= kMaxCoordinate && std::abs(p.y) <= kMaxCoordinate &&
            std::abs(p.z) <= kMaxCoordinate;
 }
-// Two unit vectors that make (v, *s, *t) an orthonormal right-handed frame; |v| = 1. Duff et al. 2017: no
-// branch on the direction, exact at the poles.
+// Finds two unit vectors that make (v, *s, *t) an orthonormal right-handed frame; |v| = 1. Duff et al. 2017:
+// no branch on the direction, exact at the poles.
 template <typename T>
 void CoordinateSystem(const Vector3<T> &v, Vector3<T> *s, Vector3<T> *t) {
     const T sign = std::copysign(T(1), v.z);
@@ -151,7 +152,7 @@ struct Bounds3f {
     void Extend(const Bounds3f &b) { pMin = Min(pMin, b.pMin), pMax = Max(pMax, b.pMax); }
 };
 
-// o + t d for t in (tMin, tMax). d need not be of unit length; t is measured in multiples of d.
+// The points o + t d for t in (tMin, tMax). d need not be of unit length; t is measured in multiples of d.
 struct Ray {
     Point3f o;
     Vector3f d;
@@ -160,7 +161,7 @@ struct Ray {
     Point3f operator()(float t) const { return o + d * t; }
 };
 
-// An orthonormal frame; Local coordinates are (x . v, y . v, z . v).
+// An orthonormal frame; local coordinates are (x . v, y . v, z . v).
 struct Frame {
     Vector3f x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
     static Frame FromZ(const Vector3f &n) {

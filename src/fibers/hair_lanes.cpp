@@ -10,7 +10,7 @@
 namespace cuticle {
 
 //> Name the kernels that other files compile
-#if defined(__x86_64__)
+#ifdef CUTICLE_HAVE_X86_KERNELS
 namespace sse2 {
 extern const HairKernels kKernels;
 }
@@ -54,7 +54,7 @@ const HairKernels kScalar = {"scalar", PlainSetUp, PlainEvaluate, PlainSample};
 //> Ask the processor what it runs
 // nullptr where it cannot run kernels of that name.
 const HairKernels *Find(std::string_view name) {
-#if defined(__x86_64__)
+#ifdef CUTICLE_HAVE_X86_KERNELS
     if (name == "avx2")
         return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? &avx2::kKernels : nullptr;
     if (name == "sse2")

@@ -1,7 +1,7 @@
 #include "figures/figure.h"
 
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "figures/plot.h"
 
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include "grooms/hair_file.h"
 
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "grooms/binary_file.h"
 
 #include <cstring>

@@ -1,7 +1,7 @@
 #include "grooms/head_shape.h"
 
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 
 #include <cstring>
 

@@ -1,7 +1,7 @@
 #include "grooms/pbrt_writer.h"
 
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "core/parallel.h"
 
 #include <algorithm>

@@ -19,8 +19,9 @@ struct CompareOptions {
 //<
 
 //> Test each pixel against its variance
-// Where both pictures carry "variance.R", "variance.G", "variance.B", the variances of their pixels' means, every
-// pixel's difference has a z-score, and chance alone would reject a picture of n values with probability alpha.
+// The z-test asks whether chance explains the differences. It needs both pictures to carry "variance.R",
+// "variance.G", "variance.B", the variances of their pixels' means: then every pixel's difference has a z-score, and
+// chance alone would reject a picture of n values with probability alpha.
 struct ZTest {
     size_t values = 0;           // n: pixels (or blocks) times three channels
     double level = 0;            // significance of each single test, Sidak's 1 - (1 - alpha)^(1/n)
@@ -32,8 +33,9 @@ struct ZTest {
 //<
 
 //> Hold every measure of the difference
-// Means are over pixels and over R, G, B in linear values; grey pictures count as R = G = B. Pixels where either
-// picture (or its variance) is not a finite number are left out of all means, counted, and fail the comparison.
+// Means are over pixels and over R, G, B in linear values; grey pictures count as R = G = B. Pixels where
+// either picture (or its variance) is not a finite number are left out of all means, counted, and fail the
+// comparison.
 struct Comparison {
     int width = 0, height = 0;
     size_t badPixels = 0;       // not finite in either picture, or of negative variance
@@ -52,12 +54,8 @@ struct Comparison {
 // Throws Error when the sizes differ or a picture is empty.
 Comparison Compare(const Image &test, const Image &reference, const CompareOptions &options = {});
 
-// The FLIP map alone: Andersson et al. 2020, of the pictures as a screen shows them (linear values clamped to
-// [0, 1], no exposure). Infinite values are white or black; a pixel that is NaN is magenta, as WriteImage shows it.
-std::vector<float> FLIP(const Image &test, const Image &reference, double pixelsPerDegree = 67);
-
-// A picture of the differences: R, G, B as a ramp from black by red and yellow to white over FLIP from 0 to 1, for
-// the eye; channels "flip" and "difference.R", .G, .B (test - reference) for numbers, kept in .exr.
+// A picture of the differences: R, G, B as a ramp from black by red and yellow to white over FLIP from 0 to
+// 1, for the eye; channels "flip" and "difference.R", .G, .B (test - reference) for numbers, kept in .exr.
 Image ErrorImage(const Image &test, const Image &reference, const Comparison &comparison);
 //<
 

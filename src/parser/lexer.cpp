@@ -1,7 +1,9 @@
 #include "parser/lexer.h"
 
+#include "files/file.h"
+#include "files/gzip.h"
+
 #include <fast_float/fast_float.h>
-#include <zlib.h>
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -26,23 +28,7 @@ constexpr size_t kMaxWordLength = 1 << 10;
 constexpr size_t kGzipGrace = size_t(256) << 20;
 constexpr size_t kGzipMaxRatio = 200;
 
-struct FileDescriptor {
-    int fd;
-    ~FileDescriptor() {
-        if (fd >= 0)
-            close(fd);
-    }
-};
-
 std::string Unpack(std::string_view packed, const auto &fail) {
-    z_stream z{};
-    if (inflateInit2(&z, 16 + MAX_WBITS) != Z_OK)
-        fail("zlib cannot start");
-    struct Ender {
-        z_stream *z;
-        ~Ender() { inflateEnd(z); }
-    } const ender{&z};
-
     // The last four bytes hold the size modulo 2^32: a guess, not a promise.
     std::string out;
     const auto *tail = reinterpret_cast<const unsigned char *>(packed.data()) + packed.size() - 4;
@@ -50,40 +36,28 @@ std::string Unpack(std::string_view packed, const auto &fail) {
                          static_cast<size_t>(tail[2]) << 16 | static_cast<size_t>(tail[3]) << 24;
     size_t capacity = std::clamp(std::min(guess, 20 * packed.size()) + 64, size_t(1) << 16, size_t(1) << 32);
 
-    z.next_in = reinterpret_cast<Bytef *>(const_cast<char *>(packed.data()));
-    size_t left = packed.size(), size = 0;
+    GzipReader reader(packed);
+    size_t size = 0;
     while (true) {
         if (size == capacity)
             capacity += capacity / 2;
         if (out.size() < capacity)
             out.resize(capacity);
         constexpr size_t kStep = size_t(1) << 24; // small enough that a bomb of NUL bytes is seen early
-        const size_t room = std::min(kStep, capacity - size);
-        const size_t given = std::min<size_t>(left, 1u << 30);
-        z.avail_in = static_cast<uInt>(given);
-        z.next_out = reinterpret_cast<Bytef *>(out.data() + size);
-        z.avail_out = static_cast<uInt>(room);
-        const int status = inflate(&z, Z_NO_FLUSH);
-        left -= given - z.avail_in;
-        const size_t got = room - z.avail_out;
+        size_t got = 0;
+        try {
+            got = reader.Read(out.data() + size, std::min(kStep, capacity - size));
+        } catch (const Error &e) {
+            fail(e.Message());
+        }
+        if (got == 0)
+            break;
         if (std::memchr(out.data() + size, 0, got))
             fail("unpacks to binary data, not to scene text");
         size += got;
         if (size > kGzipGrace && size / kGzipMaxRatio > packed.size())
-            fail("unpacks to more than " + std::to_string(kGzipMaxRatio) +
-                 " times its size, which no scene text does");
-        if (status == Z_STREAM_END) {
-            // Members may follow one another (RFC 1952); anything else behind the last one is refused.
-            if (left == 0)
-                break;
-            if (inflateReset(&z) != Z_OK)
-                fail("zlib cannot go on");
-        } else if (status == Z_BUF_ERROR || (status == Z_OK && left == 0 && got == 0)) {
-            if (left == 0 && z.avail_out > 0)
-                fail("ends in the middle of its gzip data");
-        } else if (status != Z_OK) {
-            fail("holds damaged gzip data" + (z.msg ? " (" + std::string(z.msg) + ")" : std::string()));
-        }
+            fail(fmt::format("unpacks to more than {} times its size, which no scene text does",
+                             kGzipMaxRatio));
     }
     out.resize(size);
     return out;
@@ -106,7 +80,7 @@ std::unique_ptr<TextSource> TextSource::FromFile(const std::string &filename, co
     };
     // Standard input or a pipe may hold a scene; an Include that opens one would wait, perhaps for ever.
     const bool isIncluded = from.line > 0;
-    const FileDescriptor file{open(filename.c_str(), O_RDONLY | O_CLOEXEC | (isIncluded ? O_NONBLOCK : 0))};
+    const File file(open(filename.c_str(), O_RDONLY | O_CLOEXEC | (isIncluded ? O_NONBLOCK : 0)));
     struct stat status {};
     if (file.fd < 0 || fstat(file.fd, &status) != 0)
         throw Error(from, "cannot open \"{}\": {}", filename, std::strerror(errno)).WithSourceLine(fromLine);
@@ -146,7 +120,7 @@ std::unique_ptr<TextSource> TextSource::FromFile(const std::string &filename, co
     }
 
     const std::string_view raw(s->begin_, static_cast<size_t>(s->end_ - s->begin_));
-    if (raw.size() >= 18 && raw[0] == '\x1f' && raw[1] == '\x8b') {
+    if (raw.size() >= 18 && IsGzip(raw)) {
         std::string text = Unpack(raw, fail);
         if (s->mapped_) {
             munmap(s->mapped_, s->mappedSize_);

@@ -4,6 +4,7 @@
 #include "parser/lexer.h"
 #include "parser/plugins.h"
 #include "parser/scene_description.h"
+#include "parser/spd_file.h"
 #include "shapes/curve.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "scene/camera.h"
 
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "core/sampling.h"
 
 #include <sstream>

@@ -1,40 +1,25 @@
 #include "shapes/ply.h"
 
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <new>
+#include <memory>
 #include <optional>
-#include <unistd.h>
-#include <zlib.h>
 
 namespace cuticle {
 
 namespace {
 
-// Bytes one after another, from a file (gzip or not) or from memory, through one buffer.
+// Hands out bytes one after another, from a file (gzip or not) or from memory, through one buffer.
 class Source {
   public:
     Source(std::string_view bytes, std::string name)
         : name_(std::move(name)), at_(bytes.data()), end_(at_ + bytes.size()) {}
-    explicit Source(const std::string &filename) : name_(filename), buffer_(1 << 18) {
-        const int fd = OpenPlainFile(filename, "the PLY file");
-        file_ = gzdopen(fd, "rb");
-        if (!file_) {
-            ::close(fd);
-            throw std::bad_alloc();
-        }
-    }
-    ~Source() {
-        if (file_)
-            gzclose(file_);
-    }
-    Source(const Source &) = delete;
-    Source &operator=(const Source &) = delete;
+    explicit Source(const std::string &filename)
+        : name_(filename), file_(std::make_unique<InputFile>(filename, "the PLY file")), buffer_(1 << 18) {}
 
     // The next byte, or -1 at the end.
     int Peek() { return at_ != end_ || Refill() ? static_cast<unsigned char>(*at_) : -1; }
@@ -63,19 +48,17 @@ class Source {
     bool Refill() {
         if (!file_)
             return false;
-        const int n = gzread(file_, buffer_.data(), static_cast<unsigned>(buffer_.size()));
-        if (n < 0) {
-            int code = 0;
-            const char *message = gzerror(file_, &code);
-            Fail("cannot read: " + std::string(code == Z_ERRNO ? std::strerror(errno) : message));
+        try {
+            at_ = buffer_.data();
+            end_ = at_ + file_->Read(buffer_.data(), buffer_.size());
+        } catch (const Error &e) {
+            Fail(e.Message());
         }
-        at_ = buffer_.data();
-        end_ = at_ + n;
-        return n > 0;
+        return at_ != end_;
     }
 
     std::string name_;
-    gzFile file_ = nullptr;
+    std::unique_ptr<InputFile> file_; // none: all bytes are in memory
     std::vector<char> buffer_;
     const char *at_ = nullptr, *end_ = nullptr;
 };

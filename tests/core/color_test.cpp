@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
-#include <fstream>
 #include <string>
 
 using namespace cuticle;
@@ -34,12 +32,6 @@ std::array<double, 2> Chromaticity(const std::array<double, 3> &xyz) {
 // The chromaticity of a blackbody, through the linear RGB that a scene gets.
 std::array<double, 2> BlackbodyChromaticity(double kelvin) {
     return Chromaticity(RGBToXYZ(BlackbodyToRGB(kelvin, 1)));
-}
-
-std::string WriteTemporary(const std::string &name, const std::string &text) {
-    const std::string path = testing::TempDir() + name;
-    std::ofstream(path) << text;
-    return path;
 }
 
 } // namespace
@@ -192,36 +184,6 @@ TEST(SRGB, RoundTripAndKnownValues) {
     EXPECT_EQ(LinearToSRGB(0), 0);
     EXPECT_TRUE(std::isnan(LinearToSRGB(std::nanf(""))));
     EXPECT_TRUE(std::isnan(SRGBToLinear(std::nanf(""))));
-}
-
-TEST(SPD, ReadsPairsAndComments) {
-    const auto path = WriteTemporary("good.spd", "# a lamp\n400 1\r\n\n500,2 # middle\n  600\t3\n");
-    const Spectrum a = ReadSPD(path), b = SpectrumFromSamples({400, 500, 600}, {1, 2, 3});
-    EXPECT_EQ(a, b);
-}
-
-TEST(SPD, ErrorsNameFileAndLine) {
-    const auto message = [](const std::string &text) -> std::string {
-        try {
-            ReadSPD(WriteTemporary("bad.spd", text));
-        } catch (const Error &e) {
-            return e.what();
-        }
-        return "no error";
-    };
-    EXPECT_NE(message("400 1\n500 two\n").find("bad.spd:2:5"), std::string::npos)
-        << message("400 1\n500 two\n");
-    EXPECT_NE(message("400 1\n500\n").find("3 numbers"), std::string::npos);
-    EXPECT_NE(message("").find("0 numbers"), std::string::npos);
-    EXPECT_NE(message("400 nan\n").find("not a finite number"), std::string::npos);
-    // Found by fuzzing: each number is finite, their colour is beyond binary32
-    EXPECT_NE(message("#05\n 602\t1e41 # red\n2\t1e-1 # re").find("out of range"), std::string::npos);
-    try {
-        ReadSPD("no such.spd");
-        FAIL() << "a missing file must be an error";
-    } catch (const Error &e) {
-        EXPECT_NE(std::string(e.what()).find("no such.spd"), std::string::npos);
-    }
 }
 
 // The pairs that Sharma, Wu and Dalal (2005) published to test implementations.

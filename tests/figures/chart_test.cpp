@@ -1,6 +1,6 @@
 // The charts: what they share, and the laws of what each measures. Times are looked at by nobody here.
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "figures/charts/cost.h"
 #include "figures/figure.h"
 #include "images/image.h"

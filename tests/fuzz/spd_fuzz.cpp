@@ -1,6 +1,6 @@
 // Text as a spectrum file: the colour of an accepted one is finite.
-#include "core/color.h"
 #include "fuzz/fuzz.h"
+#include "parser/spd_file.h"
 
 using namespace cuticle;
 

@@ -1,5 +1,5 @@
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "core/parallel.h"
 #include "grooms/pbrt_writer.h"
 #include "grooms/procedural.h"

@@ -1,5 +1,4 @@
 // Pictures in files: what is written is read back; what is damaged is an Error and never a crash.
-#include "core/file.h"
 #include "images/image.h"
 
 #include "core/error.h"
@@ -554,47 +553,6 @@ TEST_F(Damaged, ChangedBytesNeverCrash) {
     }
     EXPECT_GT(read, 100u);
     EXPECT_GT(refused, 100u);
-}
-
-TEST_F(AtomicWrite, ReplacesAndKeepsNothingBeside) {
-    WriteFileAtomically(Path("a.txt"), "one");
-    ::chmod(Path("a.txt").c_str(), 0640);
-    WriteFileAtomically(Path("a.txt"), "two");
-    EXPECT_EQ(Bytes(Path("a.txt")), "two");
-    EXPECT_EQ(FilesInFolder(), 1u);
-    EXPECT_EQ(fs::status(Path("a.txt")).permissions(), fs::perms(0640));
-    // A link stays one
-    fs::create_symlink("a.txt", folder / "link.txt");
-    WriteFileAtomically(Path("link.txt"), "three");
-    EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
-    EXPECT_EQ(Bytes(Path("a.txt")), "three");
-}
-
-TEST_F(AtomicWrite, FailuresSayWhyAndLeaveTheOldFile) {
-    EXPECT_NE(
-        MessageOf([&] { WriteFileAtomically(Path("no/such/a.exr"), "x"); }).find("No such file or directory"),
-        std::string::npos);
-    EXPECT_NE(MessageOf([&] { WriteFileAtomically(folder.string(), "x"); }).find("Is a directory"),
-              std::string::npos);
-    EXPECT_NE(MessageOf([&] { WriteFileAtomically("/dev/full", "x"); }).find("No space left on device"),
-              std::string::npos);
-    EXPECT_TRUE(fs::is_character_file("/dev/full"));
-
-    // A file size limit stands in for a disk that fills up while writing
-    WriteFileAtomically(Path("a.txt"), "old");
-    struct rlimit before {};
-    ::getrlimit(RLIMIT_FSIZE, &before);
-    const struct rlimit small { 1000, before.rlim_max };
-    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    ::setrlimit(RLIMIT_FSIZE, &small);
-    const std::string message =
-        MessageOf([&] { WriteFileAtomically(Path("a.txt"), std::string(5000, 'x')); });
-    ::setrlimit(RLIMIT_FSIZE, &before);
-    std::signal(SIGXFSZ, handler);
-    EXPECT_NE(message.find("File too large"), std::string::npos) << message;
-    EXPECT_NE(message.find(Path("a.txt")), std::string::npos) << message;
-    EXPECT_EQ(Bytes(Path("a.txt")), "old");
-    EXPECT_EQ(FilesInFolder(), 1u);
 }
 
 TEST_F(AtomicWrite, WriteImageRefusesWhatItCannotWrite) {

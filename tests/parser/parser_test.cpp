@@ -2,6 +2,7 @@
 #include "parser/lexer.h"
 #include "parser/parser.h"
 #include "parser/scene_description.h"
+#include "parser/spd_file.h"
 #include "render/plugins.h"
 #include "shapes/curve.h"
 #include "warnings.h"

@@ -1,7 +1,7 @@
 #include "figures/atlas/atlas.h"
 
 #include "core/error.h"
-#include "core/file.h"
+#include "files/file.h"
 #include "core/parallel.h"
 #include "figures/sheet.h"
 

@@ -1,6 +1,7 @@
-#include "core/file.h"
+#include "files/file.h"
 
 #include "core/error.h"
+#include "files/gzip.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 #include <zlib.h>
 
@@ -18,7 +20,16 @@ namespace cuticle {
 namespace {
 
 [[noreturn]] void Fail(const std::string &filename, const std::string &why) {
-    throw Error("\"" + filename + "\": " + why);
+    throw Error("\"{}\": {}", filename, why);
+}
+
+// As read(), over again where a signal came between. Negative: errno holds the reason.
+ssize_t ReadSome(int fd, char *to, size_t size) {
+    ssize_t n = 0;
+    do
+        n = ::read(fd, to, size);
+    while (n < 0 && errno == EINTR);
+    return n;
 }
 
 } // namespace
@@ -29,7 +40,9 @@ File::~File() {
 }
 
 int OpenPlainFile(const std::string &filename, const std::string &what) {
-    const auto fail = [&](const std::string &why) { Fail(filename, "cannot open " + what + ": " + why); };
+    const auto fail = [&](const std::string &why) {
+        Fail(filename, fmt::format("cannot open {}: {}", what, why));
+    };
     // Without O_NONBLOCK a pipe that nobody writes to is waited for
     const int fd = ::open(filename.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0)
@@ -51,19 +64,45 @@ std::string ReadFile(const std::string &filename, const std::string &what) {
     std::string bytes;
     std::vector<char> buffer(size_t{1} << 20);
     for (;;) {
-        const ssize_t n = ::read(file.fd, buffer.data(), buffer.size());
+        const ssize_t n = ReadSome(file.fd, buffer.data(), buffer.size());
         if (n == 0)
             return bytes;
-        if (n < 0 && errno == EINTR)
-            continue;
         if (n < 0)
-            Fail(filename, "cannot read " + what + ": " + std::strerror(errno));
+            Fail(filename, fmt::format("cannot read {}: {}", what, std::strerror(errno)));
         bytes.append(buffer.data(), static_cast<size_t>(n));
     }
 }
 
+InputFile::InputFile(const std::string &filename, const std::string &what)
+    : file_(OpenPlainFile(filename, what)), buffer_(size_t(1) << 18) {
+    ahead_ = NextPiece();
+    if (IsGzip(ahead_))
+        gzip_ = std::make_unique<GzipReader>(
+            [this] { return ahead_.empty() ? NextPiece() : std::exchange(ahead_, {}); });
+}
+
+InputFile::~InputFile() = default;
+
+std::string_view InputFile::NextPiece() {
+    const ssize_t n = ReadSome(file_.fd, buffer_.data(), buffer_.size());
+    if (n < 0)
+        throw Error("cannot read: {}", std::strerror(errno));
+    return {buffer_.data(), static_cast<size_t>(n)};
+}
+
+size_t InputFile::Read(char *to, size_t size) {
+    if (gzip_)
+        return gzip_->Read(to, size);
+    if (ahead_.empty())
+        ahead_ = NextPiece();
+    const size_t n = std::min(size, ahead_.size());
+    std::memcpy(to, ahead_.data(), n);
+    ahead_.remove_prefix(n);
+    return n;
+}
+
 void OutputFile::Fail(const char *doing) const {
-    cuticle::Fail(filename_, std::string("cannot ") + doing + ": " + std::strerror(errno));
+    cuticle::Fail(filename_, fmt::format("cannot {}: {}", doing, std::strerror(errno)));
 }
 
 OutputFile::OutputFile(const std::string &filename) : filename_(filename), target_(filename) {
@@ -91,8 +130,8 @@ OutputFile::OutputFile(const std::string &filename) : filename_(filename), targe
             temporary_.clear();
             Fail("create a file beside it");
         }
-        // mkostemp makes files private to the user; this one gets its predecessor's permissions or the usual ones. A
-        // failure here costs nothing that matters.
+        // mkostemp makes files private to the user; this one gets its predecessor's permissions or the usual
+        // ones. A failure here costs nothing that matters.
         const mode_t mask = ::umask(0);
         ::umask(mask);
         static_cast<void>(
@@ -161,7 +200,7 @@ void MakeFolder(const std::string &folder) {
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);
     if (failure || !std::filesystem::is_directory(folder))
-        throw Error("cannot make the folder \"" + folder + "\"" + (failure ? ": " + failure.message() : ""));
+        throw Error("cannot make the folder \"{}\"{}", folder, failure ? ": " + failure.message() : "");
 }
 
 } // namespace cuticle

@@ -1,0 +1,169 @@
+// PNG by libpng: read in every kind, written as 8-bit sRGB.
+#include "images/formats.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <bit>
+#include <csetjmp>
+#include <cstring>
+#include <new>
+
+namespace cuticle {
+
+namespace {
+
+// libpng leaves by longjmp: everything that must survive it, or be freed after it, lives in this struct
+// outside the function that calls setjmp.
+struct PNGState {
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+    const std::string *in = nullptr;
+    size_t at = 0;
+    std::string out;
+    std::string message;
+    png_uint_32 width = 0, height = 0;
+    size_t bitDepth = 0, channels = 0;
+    std::vector<png_byte> pixels;
+    std::vector<png_bytep> rows;
+};
+
+void OnPNGError(png_structp png, png_const_charp message) {
+    static_cast<PNGState *>(png_get_error_ptr(png))->message = message;
+    png_longjmp(png, 1);
+}
+
+void OnPNGWarning(png_structp, png_const_charp) {}
+
+void ReadPNGBytes(png_structp png, png_bytep to, size_t n) {
+    PNGState &state = *static_cast<PNGState *>(png_get_io_ptr(png));
+    if (n > state.in->size() - state.at)
+        png_error(png, "the file ends too early");
+    std::memcpy(to, state.in->data() + state.at, n);
+    state.at += n;
+}
+
+void WritePNGBytes(png_structp png, png_bytep from, size_t n) {
+    static_cast<PNGState *>(png_get_io_ptr(png))->out.append(reinterpret_cast<const char *>(from), n);
+}
+
+void FlushPNGBytes(png_structp) {}
+
+// The steps that libpng may leave; false: state->message says why.
+bool ReadPNGHeader(PNGState *state) {
+    if (setjmp(png_jmpbuf(state->png)))
+        return false;
+    png_set_read_fn(state->png, state, ReadPNGBytes);
+    png_set_user_limits(state->png, 0x7fffffff, 0x7fffffff); // CheckSize() judges
+    png_read_info(state->png, state->info);
+    state->width = png_get_image_width(state->png, state->info);
+    state->height = png_get_image_height(state->png, state->info);
+    return true;
+}
+
+// Asks for 8 or 16 bits of Y, YA, RGB or RGBA; libpng allocates its rows here.
+bool StartPNGRows(PNGState *state) {
+    if (setjmp(png_jmpbuf(state->png)))
+        return false;
+    png_set_expand(state->png); // palette to RGB, 1, 2, 4 bits to 8, a transparent colour to alpha
+    if (std::endian::native == std::endian::little)
+        png_set_swap(state->png);
+    png_set_interlace_handling(state->png);
+    png_read_update_info(state->png, state->info);
+    state->bitDepth = png_get_bit_depth(state->png, state->info);
+    state->channels = png_get_channels(state->png, state->info);
+    return true;
+}
+
+bool ReadPNGRows(PNGState *state) {
+    if (setjmp(png_jmpbuf(state->png)))
+        return false;
+    png_read_image(state->png, state->rows.data());
+    png_read_end(state->png, nullptr);
+    return true;
+}
+
+bool WritePNGRows(PNGState *state) {
+    if (setjmp(png_jmpbuf(state->png)))
+        return false;
+    png_set_write_fn(state->png, state, WritePNGBytes, FlushPNGBytes);
+    png_set_IHDR(state->png, state->info, state->width, state->height, 8, PNG_COLOR_TYPE_RGB,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB_gAMA_and_cHRM(state->png, state->info, PNG_sRGB_INTENT_PERCEPTUAL);
+    png_write_info(state->png, state->info);
+    png_write_image(state->png, state->rows.data());
+    png_write_end(state->png, nullptr);
+    return true;
+}
+
+} // namespace
+
+Image ReadPNG(const std::string &filename, const std::string &bytes, bool decodeSRGB) {
+    PNGState state;
+    state.in = &bytes;
+    state.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &state, OnPNGError, OnPNGWarning);
+    if (!state.png)
+        throw std::bad_alloc();
+    struct Destroyer {
+        PNGState &state;
+        ~Destroyer() { png_destroy_read_struct(&state.png, &state.info, nullptr); }
+    } destroyer{state};
+    state.info = png_create_info_struct(state.png);
+    if (!state.info)
+        throw std::bad_alloc();
+    if (!ReadPNGHeader(&state))
+        FailImage(filename, "not a readable PNG file: " + state.message);
+    CheckImageSize(filename, state.width, state.height, 1, bytes.size());
+    if (!StartPNGRows(&state))
+        FailImage(filename, "not a readable PNG file: " + state.message);
+    const size_t rowBytes = png_get_rowbytes(state.png, state.info);
+    state.pixels.resize(rowBytes * state.height);
+    for (size_t y = 0; y < state.height; ++y)
+        state.rows.push_back(state.pixels.data() + y * rowBytes);
+    if (!ReadPNGRows(&state))
+        FailImage(filename, "not a readable PNG file: " + state.message);
+
+    const int width = static_cast<int>(state.width), height = static_cast<int>(state.height);
+    if (state.bitDepth == 8)
+        return FromIntegers(state.pixels.data(), width, height, state.channels, decodeSRGB);
+    std::vector<uint16_t> samples(state.pixels.size() / 2);
+    std::memcpy(samples.data(), state.pixels.data(), samples.size() * 2);
+    return FromIntegers(samples.data(), width, height, state.channels, decodeSRGB);
+}
+
+std::string EncodePNG(const std::string &filename, const Image &image) {
+    PNGState state;
+    state.width = static_cast<png_uint_32>(image.width),
+    state.height = static_cast<png_uint_32>(image.height);
+
+    // Encode to 8-bit sRGB; a pixel that is not a number shows magenta, so that it is seen
+    const size_t rowBytes = size_t{3} * state.width;
+    state.pixels.resize(rowBytes * state.height);
+    for (size_t y = 0; y < state.height; ++y) {
+        png_byte *row = state.pixels.data() + y * rowBytes;
+        state.rows.push_back(row);
+        for (size_t x = 0; x < state.width; ++x) {
+            Spectrum rgb = image.RGB(x, y);
+            if (rgb.HasNaNs())
+                rgb = {1, 0, 1};
+            for (size_t c = 0; c < 3; ++c)
+                *row++ = static_cast<png_byte>(std::lround(255 * LinearToSRGB(std::clamp(rgb[c], 0.f, 1.f))));
+        }
+    }
+
+    state.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, OnPNGError, OnPNGWarning);
+    if (!state.png)
+        throw std::bad_alloc();
+    struct Destroyer {
+        PNGState &state;
+        ~Destroyer() { png_destroy_write_struct(&state.png, &state.info); }
+    } destroyer{state};
+    state.info = png_create_info_struct(state.png);
+    if (!state.info)
+        throw std::bad_alloc();
+    if (!WritePNGRows(&state))
+        FailImage(filename, "cannot encode as PNG: " + state.message);
+    return std::move(state.out);
+}
+
+} // namespace cuticle

@@ -1,0 +1,118 @@
+// The older formats, by stb_image: .tga, .jpg and .hdr.
+#include "images/formats.h"
+
+#include "core/error.h"
+
+#define STBI_NO_STDIO
+#include <stb/stb_image.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+
+namespace cuticle {
+
+namespace {
+
+// stb_image takes the end of its input for zeros, and some of its decoders then return a picture of garbage.
+// Fed through callbacks, it shows that it wanted more than there was: a read that starts at the end, or a
+// read of pixels (never of its buffer's 128 bytes) that comes up short.
+struct StbInput {
+    const std::string &bytes;
+    size_t at = 0;
+    bool overrun = false;
+
+    static int Read(void *user, char *data, int size) {
+        StbInput &in = *static_cast<StbInput *>(user);
+        const size_t left = in.bytes.size() - in.at;
+        const size_t n = std::min(left, static_cast<size_t>(std::max(size, 0)));
+        in.overrun |= size > 0 && (left == 0 || (n < static_cast<size_t>(size) && size != 128));
+        std::memcpy(data, in.bytes.data() + in.at, n);
+        in.at += n;
+        return static_cast<int>(n);
+    }
+    static void Skip(void *user, int n) {
+        StbInput &in = *static_cast<StbInput *>(user);
+        const int64_t to = static_cast<int64_t>(in.at) + n;
+        in.overrun |= to > static_cast<int64_t>(in.bytes.size());
+        in.at = static_cast<size_t>(std::clamp<int64_t>(to, 0, static_cast<int64_t>(in.bytes.size())));
+    }
+    static int Eof(void *user) {
+        const StbInput &in = *static_cast<StbInput *>(user);
+        return in.at == in.bytes.size();
+    }
+};
+
+// stb_image (2.27, Debian 12's) counts the codes of a JPEG's Huffman table without asking whether they fit
+// the 256 that the format allows, and writes beyond its own tables. So the tables are judged first.
+void CheckJPEGTables(const std::string &filename, const std::string &bytes) {
+    const auto byte = [&](size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u; };
+    for (size_t at = 2; at + 4 <= bytes.size();) {
+        // Find the next marker: within coded pixels 0xff is followed by 0 or by a restart
+        if (byte(at) != 0xff || byte(at + 1) == 0 || byte(at + 1) == 0xff || (byte(at + 1) & 0xf8) == 0xd0) {
+            ++at;
+            continue;
+        }
+        if (byte(at + 1) == 0xd8 || byte(at + 1) == 0xd9 || byte(at + 1) == 0x01) {
+            at += 2; // markers that stand alone
+            continue;
+        }
+        const bool isHuffman = byte(at + 1) == 0xc4;
+        const size_t end = at + 2 + (byte(at + 2) << 8 | byte(at + 3));
+        for (size_t table = at + 4; isHuffman && table < end;) {
+            size_t codes = 0, space = 1; // space: how many codes of the present length are free
+            for (size_t length = 1; length <= 16; ++length) {
+                const size_t n = byte(table + length);
+                space = 2 * space;
+                if (n > space)
+                    FailImage(filename,
+                              "not a readable JPEG file: a Huffman table has too many codes of one length");
+                space -= n, codes += n;
+            }
+            if (codes > 256)
+                FailImage(filename,
+                          fmt::format("not a readable JPEG file: a Huffman table has {} codes", codes));
+            table += 17 + codes;
+        }
+        at = end;
+    }
+}
+
+} // namespace
+
+Image ReadByStb(const std::string &filename, const std::string &bytes, bool decodeSRGB) {
+    const auto fail = [&](const StbInput &in) {
+        const char *reason = stbi_failure_reason();
+        FailImage(filename, fmt::format("not a readable {} file: {}", Extension(filename).substr(1),
+                                        in.overrun ? "the file ends too early"
+                                        : reason   ? reason
+                                                   : "unknown format"));
+    };
+    const stbi_io_callbacks callbacks = {StbInput::Read, StbInput::Skip, StbInput::Eof};
+    if (bytes.starts_with("\xff\xd8"))
+        CheckJPEGTables(filename, bytes);
+    int width = 0, height = 0, channels = 0;
+    StbInput head{bytes};
+    if (bytes.empty() || !stbi_info_from_callbacks(&callbacks, &head, &width, &height, &channels))
+        fail(head);
+    CheckImageSize(filename, width, height, channels, bytes.size());
+
+    StbInput in{bytes};
+    StbInput probe{bytes};
+    if (stbi_is_hdr_from_callbacks(&callbacks, &probe)) {
+        const std::unique_ptr<float, decltype(&stbi_image_free)> pixels(
+            stbi_loadf_from_callbacks(&callbacks, &in, &width, &height, &channels, 0), stbi_image_free);
+        if (!pixels || in.overrun)
+            fail(in);
+        Image image(width, height, ChannelNames(static_cast<size_t>(channels)));
+        std::copy_n(pixels.get(), image.data.size(), image.data.begin());
+        return image;
+    }
+    const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels(
+        stbi_load_from_callbacks(&callbacks, &in, &width, &height, &channels, 0), stbi_image_free);
+    if (!pixels || in.overrun)
+        fail(in);
+    return FromIntegers(pixels.get(), width, height, static_cast<size_t>(channels), decodeSRGB);
+}
+
+} // namespace cuticle
