@@ -1,9 +1,9 @@
 // cuticle goniometer: measures what one simulated fiber scatters.
 #include "cli/commands.h"
 #include "core/error.h"
-#include "files/file.h"
 #include "core/parallel.h"
 #include "figures/fiber_plot.h"
+#include "files/file.h"
 
 #include <chrono>
 #include <iostream>

@@ -1,8 +1,8 @@
 // cuticle render: scene in, picture out.
 #include "cli/commands.h"
 #include "core/error.h"
-#include "files/file.h"
 #include "core/parallel.h"
+#include "files/file.h"
 #include "materials/hair_models.h"
 #include "render/plugins.h"
 #include "render/renderer.h"

@@ -1,8 +1,8 @@
 #include "grooms/pbrt_writer.h"
 
 #include "core/error.h"
-#include "files/file.h"
 #include "core/parallel.h"
+#include "files/file.h"
 
 #include <algorithm>
 #include <charconv>

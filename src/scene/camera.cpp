@@ -1,8 +1,8 @@
 #include "scene/camera.h"
 
 #include "core/error.h"
-#include "files/file.h"
 #include "core/sampling.h"
+#include "files/file.h"
 
 #include <sstream>
 

@@ -1,8 +1,8 @@
 // The charts: what they share, and the laws of what each measures. Times are looked at by nobody here.
 #include "core/error.h"
-#include "files/file.h"
 #include "figures/charts/cost.h"
 #include "figures/figure.h"
+#include "files/file.h"
 #include "images/image.h"
 
 #include <gtest/gtest.h>

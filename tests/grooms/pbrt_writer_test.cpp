@@ -1,6 +1,6 @@
 #include "core/error.h"
-#include "files/file.h"
 #include "core/parallel.h"
+#include "files/file.h"
 #include "grooms/pbrt_writer.h"
 #include "grooms/procedural.h"
 

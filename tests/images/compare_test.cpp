@@ -2,6 +2,7 @@
 #include "images/compare.h"
 
 #include "core/error.h"
+#include "images/flip.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 #include "figures/atlas/atlas.h"
 
 #include "core/error.h"
-#include "files/file.h"
 #include "core/parallel.h"
 #include "figures/sheet.h"
+#include "files/file.h"
 
 #include <algorithm>
 #include <array>
