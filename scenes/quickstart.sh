@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# From a bare Debian 12 to a picture of hair: installs what is missing, builds (Release), renders quickstart.pbrt.
+# From a bare system (.ci/setup) to a picture of hair: installs what is missing, builds (Release), renders quickstart.pbrt.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 bash .ci/setup

@@ -2,7 +2,7 @@
 """Checks the house: its rooms, its format and its rules. house_check.py CHECK ..., or `all`; prints file:line: error: ...
 
   includes   a room includes only the rooms that it may; oneTBB, glog and zlib stand each behind files of ours
-  format     clang-format would change nothing
+  format     clang-format 14 would change nothing; with another version exit status 77, not judged
   size       no file is longer than 700 lines, no function than 80 (but "// Long because: ..." stands above it), no
              line than 110 columns
   types      a type at namespace scope has its name alone, in the whole house
@@ -197,9 +197,13 @@ def check_includes(files):
 
 
 def check_format(_):
-    program = shutil.which("clang-format") or shutil.which("clang-format-14")
+    program = shutil.which("clang-format-14") or shutil.which("clang-format")
     if not program:
         return ["clang-format is not installed: error: .ci/setup installs it"]
+    version = subprocess.run([program, "--version"], capture_output=True, text=True).stdout
+    if "version 14." not in version:
+        print(f"format: not judged: versions differ in details, and ours is 14; this is {version.strip()}")
+        sys.exit(77)
     errors = []
     names = [str(p) for p in sources("src", "tests")]
     for start in range(0, len(names), 40):

@@ -1,6 +1,6 @@
 #include "core/error.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <iostream>
