@@ -24,13 +24,13 @@ struct GroomArguments {
     bool skin = false, quiet = false;
 };
 
-enum class Format { Pbrt, Hair };
+enum class StrandOutput { Pbrt, Hair };
 
-Format FormatOf(const std::string &filename) {
+StrandOutput FormatOf(const std::string &filename) {
     if (filename.ends_with(".pbrt") || filename.ends_with(".pbrt.gz"))
-        return Format::Pbrt;
+        return StrandOutput::Pbrt;
     if (filename.ends_with(".hair"))
-        return Format::Hair;
+        return StrandOutput::Hair;
     throw Error("the output's name \"" + filename + "\" must end in .pbrt, .pbrt.gz or .hair");
 }
 
@@ -70,7 +70,7 @@ std::string HeaderComment(const GroomArguments &a, const GroomParams *params) {
 }
 
 void RunProcedural(const GroomArguments &a) {
-    const Format format = FormatOf(a.output);
+    const StrandOutput format = FormatOf(a.output);
     GroomParams params = MakeGroomParams(a.kind, a.style);
     for (const auto &[name, value] : a.values)
         SetGroomParam(&params, name, value);
@@ -82,7 +82,7 @@ void RunProcedural(const GroomArguments &a) {
     if (!a.mesh.empty())
         WritePly(a.mesh, MakeHeadMesh());
 
-    if (format == Format::Hair) {
+    if (format == StrandOutput::Hair) {
         if (a.skin)
             throw Error("a .hair file holds no skin; leave out --skin or write .pbrt");
         const Groom groom = source->Range(0, source->StrandCount());
@@ -114,7 +114,7 @@ void RunProcedural(const GroomArguments &a) {
 }
 
 void RunFrom(GroomArguments a) {
-    const Format format = FormatOf(a.output);
+    const StrandOutput format = FormatOf(a.output);
     Groom groom = ReadGroomFile(a.input, a.width);
     if (a.colors == "ignore") {
         groom.pointColors.clear();
@@ -124,7 +124,7 @@ void RunFrom(GroomArguments a) {
         throw Error(a.input + ": the file's curves are cubic; --spline is for files of points");
     a.curves.segments.spline = StrandSplineByName(a.spline);
     a.curves.colors = a.colors == "keep";
-    if (format == Format::Hair) {
+    if (format == StrandOutput::Hair) {
         groom = PointsOnCurves(std::move(groom));
         groom.width *= a.curves.widthScale;
         for (float &w : groom.pointWidths)

@@ -237,11 +237,10 @@ std::array<double, 3> XYZFromSamples(std::vector<double> lambda, std::vector<dou
     if (lambda.empty())
         throw Error("a sampled spectrum needs at least one pair of wavelength and value");
     if (lambda.size() != values.size())
-        throw Error("a sampled spectrum has " + std::to_string(lambda.size()) + " wavelengths but " +
-                    std::to_string(values.size()) + " values");
+        throw Error("a sampled spectrum has {} wavelengths but {} values", lambda.size(), values.size());
     for (size_t i = 0; i < lambda.size(); ++i)
         if (!std::isfinite(lambda[i]) || !std::isfinite(values[i]))
-            throw Error("pair " + std::to_string(i + 1) + " of a sampled spectrum is not finite");
+            throw Error("pair {} of a sampled spectrum is not finite", i + 1);
 
     // Sort by wavelength; equal wavelengths keep their order, which makes them a step
     std::vector<size_t> order(lambda.size());
@@ -288,7 +287,7 @@ Spectrum SpectrumFromSamples(std::vector<double> lambda, std::vector<double> val
 
 Spectrum BlackbodyToRGB(double kelvin, double scale) {
     if (!(kelvin > 0) || !std::isfinite(kelvin))
-        throw Error("a blackbody needs a temperature above 0 kelvin, not " + std::to_string(kelvin));
+        throw Error("a blackbody needs a temperature above 0 kelvin, not {:f}", kelvin);
     if (!std::isfinite(scale))
         throw Error("the scale of a blackbody is not finite");
     // Planck's law relative to its maximum, lambda^-5 / (exp(c2 / (lambda T)) - 1), from logarithms so that a

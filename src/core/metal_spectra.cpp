@@ -153,7 +153,7 @@ std::optional<MetalSpectrum> FindMetalSpectrumByFilename(std::string_view filena
 Spectrum MetalRGB(std::string_view symbol, OpticalConstant which) {
     auto spectrum = FindMetalSpectrum(symbol, which);
     if (!spectrum)
-        throw Error("no optical constants of \"" + std::string(symbol) + "\" are known here");
+        throw Error("no optical constants of \"{}\" are known here", symbol);
     return SpectrumFromSamples(std::move(spectrum->lambda), std::move(spectrum->values));
 }
 

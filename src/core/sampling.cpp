@@ -90,8 +90,8 @@ Distribution1D::Distribution1D(const Float *f, int n) : func_(f, f + n), cdf_(st
     double sum = 0;
     for (const Float value : func_) {
         if (!(value >= 0 && value < Infinity))
-            throw Error("a tabulated density has the value " + std::to_string(value) +
-                        "; it must be finite and not negative");
+            throw Error("a tabulated density has the value {:f}", value)
+                .WithRemedy("it must be finite and not negative");
         sum += static_cast<double>(value);
     }
     integral_ = static_cast<Float>(sum / n);

@@ -20,8 +20,8 @@ inline constexpr float Pi = std::numbers::pi_v<float>;
 inline constexpr float Infinity = std::numeric_limits<float>::infinity();
 // The largest binary32 below 1: random numbers stay in [0, OneMinusEpsilon].
 inline constexpr float OneMinusEpsilon = 0x1.fffffep-1f;
-// The smallest random number that is used. 0 stands for all numbers below 2^-32, the step of a 32-bit generator;
-// this is their middle.
+// The smallest random number that is used. 0 stands for all numbers below 2^-32, the step of a 32-bit
+// generator; this is their middle.
 inline constexpr float kMinU = 0x1p-33f;
 
 template <typename T>

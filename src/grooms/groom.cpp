@@ -119,7 +119,8 @@ void PiecesOfControlPoints(std::span<const Point3f> points, std::span<const floa
     }
 }
 
-// The points of a strand without those that equal their predecessor, which have no tangent and carry no length.
+// The points of a strand without those that equal their predecessor, which have no tangent and carry no
+// length.
 struct DistinctPoints {
     std::vector<Vector3d> p;
     std::vector<Point3f> exact;
@@ -318,8 +319,8 @@ void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &opt
 
 void CheckSegmentCount(size_t segments) {
     if (segments > kMaxSegments)
-        throw Error("there would be " + std::to_string(segments) + " curve segments; a scene holds at most " +
-                    std::to_string(kMaxSegments) + ": use fewer strands or segments");
+        throw Error("there would be {} curve segments", segments)
+            .WithRemedy("a scene holds at most {}: use fewer strands or segments", kMaxSegments);
 }
 
 size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options) {

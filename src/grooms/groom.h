@@ -27,15 +27,16 @@ inline constexpr std::array<std::string_view, 3> kStrandSplines{"catmull-rom", "
 std::optional<StrandSpline> StrandSplineByName(std::string_view name);
 
 // A set of strands. Every strand is a run of points from root to tip; strand i holds the points
-// [strandOffsets[i], strandOffsets[i + 1]). Lengths are in the units of whoever made it: the procedural grooms
-// are in centimetres, a .hair file in its own.
+// [strandOffsets[i], strandOffsets[i + 1]). Lengths are in the units of whoever made it: the procedural
+// grooms are in centimetres, a .hair file in its own.
 struct Groom {
     std::vector<uint32_t> strandOffsets{0};
     std::vector<Point3f> points;
     StrandSpline spline = StrandSpline::CatmullRom; // what the points are meant for
 
-    // Full widths (diameters). pointWidths: one per point, or empty. strandWidths: root and tip of each strand,
-    // linear between, or empty. When both are empty all points are `width` wide. At most one of them is filled.
+    // Full widths (diameters). pointWidths: one per point, or empty. strandWidths: root and tip of each
+    // strand, linear between, or empty. When both are empty all points are `width` wide. At most one of them
+    // is filled.
     std::vector<float> pointWidths;
     std::vector<std::array<float, 2>> strandWidths;
     float width = 0.008f;
@@ -56,32 +57,33 @@ struct Groom {
     Spectrum Color(size_t strand, float at) const;
     // Mean colour over the points of a strand; `color` where there are no colours per point.
     Spectrum StrandColor(size_t strand) const;
-    // Of the points, without widths.
+    // Bounds the points, without their widths.
     Bounds3f Bounds() const;
-    // Adds the strands of another groom that keeps widths and colours in the same arrays and joins its points likewise
-    // (throws Error otherwise, and where the points would outgrow 32-bit offsets).
+    // Adds the strands of another groom that keeps widths and colours in the same arrays and joins its points
+    // likewise (throws Error otherwise, and where the points would outgrow 32-bit offsets).
     void Append(const Groom &other);
 };
 
 struct SegmentOptions {
-    // Instead of the groom's own; control points of Bezier curves cannot be joined otherwise, nor others as such (Error).
+    // Instead of the groom's own; control points of Bezier curves cannot be joined otherwise, nor others as
+    // such (Error).
     std::optional<StrandSpline> spline;
-    // 0: one segment between neighbouring points; else every strand is first resampled to this many segments of
-    // equal arc length.
+    // 0: one segment between neighbouring points; else every strand is first resampled to this many segments
+    // of equal arc length.
     int segmentsPerStrand = 0;
 };
 
-// One cubic Bezier piece of a strand. width: full widths at u = 0 and u = 1, linear between. at: where on the strand its
-// ends lie, counted in points from the root (1.5: midway between the second and the third).
+// One cubic Bezier piece of a strand. width: full widths at u = 0 and u = 1, linear between. at: where on the
+// strand its ends lie, counted in points from the root (1.5: midway between the second and the third).
 struct BezierSegment {
     Point3f cp[4];
     float width[2];
     float at[2];
 };
 
-// Appends the Bezier pieces of one run of points to *out, root to tip. widths: one per point. Pieces join with a
-// common point (bit for bit) and a common tangent direction. Coincident neighbours are merged; fewer than two
-// distinct points give no piece.
+// Appends the Bezier pieces of one run of points to *out, root to tip. widths: one per point. Pieces join
+// with a common point (bit for bit) and a common tangent direction. Coincident neighbours are merged; fewer
+// than two distinct points give no piece.
 void AppendSegments(std::span<const Point3f> points, std::span<const float> widths,
                     const SegmentOptions &options, std::vector<BezierSegment> *out);
 
@@ -98,19 +100,20 @@ void CheckSegmentCount(size_t segments);
 // So many pieces come from a groom whose strands all have points and no coincident ones: what to reserve.
 size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options);
 
-// Calls emit(segment, strand) for all pieces of all strands in order, from this thread; the pieces are made in parallel.
+// Calls emit(segment, strand) for all pieces of all strands in order, from this thread; the pieces are made
+// in parallel.
 void ForEachSegment(const Groom &groom, const SegmentOptions &options,
                     const std::function<void(const BezierSegment &, size_t strand)> &emit);
 
-// n + 1 points at equal arc lengths along the spline through `points`, with widths interpolated along it; n >= 1.
-// The first and the last point stay. A strand of no length gives n + 1 equal points. outAt: where on the strand they lie,
-// as BezierSegment::at; may be null.
+// n + 1 points at equal arc lengths along the spline through `points`, with widths interpolated along it; n
+// >= 1. The first and the last point stay. A strand of no length gives n + 1 equal points. outAt: where on
+// the strand they lie, as BezierSegment::at; may be null.
 void ResampleStrand(std::span<const Point3f> points, std::span<const float> widths, StrandSpline spline,
                     int n, std::vector<Point3f> *outPoints, std::vector<float> *outWidths,
                     std::vector<float> *outAt = nullptr);
 
-// The groom for readers that join points by themselves: Bezier control points become two points a piece that lie on the
-// curve; any other groom stays as it is.
+// The groom for readers that join points by themselves: Bezier control points become two points a piece that
+// lie on the curve; any other groom stays as it is.
 Groom PointsOnCurves(Groom groom);
 
 } // namespace cuticle

@@ -18,29 +18,32 @@ namespace {
     throw Error(FileLoc{std::make_shared<const std::string>(name)}, what);
 }
 
-using Parser = Groom (*)(std::string_view bytes, const std::string &name);
+using StrandParser = Groom (*)(std::string_view bytes, const std::string &name);
 
-struct Format {
+// A format of files with strands. To add one: a pair of files with its Parse function, and a row in kFormats;
+// the message below names all, README.md has a row for each.
+struct StrandFormat {
     std::string_view ending;
     bool (*begins)(std::string_view bytes); // whether a file of this format can begin so
-    Parser parse;
+    StrandParser parse;
 };
 
-constexpr Format kFormats[] = {
+constexpr StrandFormat kFormats[] = {
     {".hair", [](std::string_view b) { return b.starts_with("HAIR"); }, ParseHairFile},
     {".tfx", IsTfxFile, ParseTfxFile},
     {".usda", [](std::string_view b) { return b.starts_with("#usda"); }, ParseUsdFile},
 };
 
-Parser ParserFor(std::string_view beginning, const std::string &filename) {
-    for (const Format &f : kFormats)
+StrandParser ParserFor(std::string_view beginning, const std::string &filename) {
+    for (const StrandFormat &f : kFormats)
         if (f.begins(beginning))
             return f.parse;
     if (beginning.starts_with("PXR-USDC") || beginning.starts_with("PK\3\4"))
         Refuse(filename, "this is USD in its binary form; USD's own usdcat writes it as text: "
                          "usdcat FILE -o FILE.usda");
-    // The parser of what the name promises says what is wrong with the beginning; the rest, maybe huge, stays unread.
-    for (const Format &f : kFormats)
+    // The parser of what the name promises says what is wrong with the beginning; the rest, maybe huge, stays
+    // unread.
+    for (const StrandFormat &f : kFormats)
         if (filename.ends_with(f.ending))
             f.parse(beginning, filename);
     Refuse(filename,
@@ -71,7 +74,7 @@ Groom ReadGroomFile(const std::string &filename, float width) {
     std::string bytes(256, '\0');
     in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     bytes.resize(static_cast<size_t>(in.gcount()));
-    const Parser parse = ParserFor(bytes, filename);
+    const StrandParser parse = ParserFor(bytes, filename);
     const auto size = static_cast<uint64_t>(status.st_size);
     // The longest .hair file that its 32-bit counts can describe; read no more, whatever the system says.
     constexpr uint64_t kMaxLength = 128 + 0xffffffffull * (2 + 12 + 4 + 4 + 12);
@@ -92,9 +95,11 @@ Groom ReadGroomFile(const std::string &filename, float width) {
     }
     if (none && !(width > 0)) {
         groom.width = static_cast<float>(MeanLength(groom) / 500);
-        Warning("strands without widths",
-                filename + ": the file gives its strands no width; " + std::to_string(groom.width) +
-                    " is used, 1/500 of their mean length. \"float width\" (--width) sets another");
+        Warning(
+            "strands without widths",
+            fmt::format("{}: the file gives its strands no width; {:f} is used, 1/500 of their mean length. "
+                        "\"float width\" (--width) sets another",
+                        filename, groom.width));
     }
     return groom;
 }

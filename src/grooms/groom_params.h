@@ -1,4 +1,4 @@
-// What a procedural groom is made from: one table serves the command line and the scene language.
+// The parameters of procedural grooms: one table serves the command line and the scene language.
 #pragma once
 
 #include "core/color.h"
@@ -37,8 +37,8 @@ struct GroomParams {
     float part = 2;
     float level = 0.6f;
 
-    // Colours, linear RGB of a mass of such hair; without rootColor the strands have none of their own. Hair is dyed with
-    // tipColor from about colorFrom of its length on.
+    // Colours, linear RGB of a mass of such hair; without rootColor the strands have none of their own. Hair
+    // is dyed with tipColor from about colorFrom of its length on.
     std::optional<Spectrum> rootColor, tipColor;
     float colorFrom = 0.4f;
     float colorVariation = 0.15f; // of the absorption, from hair to hair
@@ -72,15 +72,16 @@ std::span<const GroomColorInfo> GroomColorTable();
 std::span<const std::string_view> GroomKinds();
 std::span<const std::string_view> HeadStyles();
 
-// The defaults of a kind and (heads only) style; an empty style is the first. Throws Error naming the choices. A style that
-// is really a kind ("fur-ball") is an Error too.
+// The defaults of a kind and (heads only) style; an empty style is the first. Throws Error naming the
+// choices. A style that is really a kind ("fur-ball") is an Error too.
 GroomParams MakeGroomParams(std::string_view kind, std::string_view style = {});
 
-// The table's row of that name, or an Error with the nearest names; also an Error when `kind` does not read it.
+// The table's row of that name, or an Error with the nearest names; also an Error when `kind` does not read
+// it.
 const GroomParamInfo &FindGroomParam(std::string_view name, std::string_view kind);
 
-// Sets one parameter. Throws Error for an unknown name, a value out of range, NaN, a fraction where a whole number
-// belongs, or text that is no number.
+// Sets one parameter. Throws Error for an unknown name, a value out of range, NaN, a fraction where a whole
+// number belongs, or text that is no number.
 void SetGroomParam(GroomParams *params, std::string_view name, double value);
 void SetGroomParam(GroomParams *params, std::string_view name, const std::string &value);
 // A colour of the table; three numbers from 0 to 1, in text "R,G,B". Throws Error as above.

@@ -10,8 +10,8 @@ namespace cuticle {
 
 namespace {
 
-// The header, byte by byte: "HAIR", strands, points, which arrays follow (bits), and the values that stand for the arrays
-// that do not.
+// The header, byte by byte: "HAIR", strands, points, which arrays follow (bits), and the values that stand
+// for the arrays that do not.
 constexpr size_t kHeaderBytes = 128;
 constexpr size_t kStrandsAt = 4, kPointsAt = 8, kArraysAt = 12, kSegmentsAt = 16, kThicknessAt = 20,
                  kTransparencyAt = 24, kColorAt = 28, kInfoAt = 40;
@@ -56,7 +56,8 @@ Groom ParseHairFile(std::string_view bytes, const std::string &name) {
     if ((arrays & ~static_cast<uint32_t>(kKnownArrays)) != 0)
         Warning(".hair with unknown arrays", name + ": arrays that this reader does not know are left out");
 
-    // Check all sizes before anything is allocated: a count is believed only if the file is long enough for it.
+    // Check all sizes before anything is allocated: a count is believed only if the file is long enough for
+    // it.
     size_t end = kHeaderBytes;
     const auto place = [&](uint32_t bit, size_t count, size_t size, const char *what) {
         const size_t at = end;
@@ -73,13 +74,12 @@ Groom ParseHairFile(std::string_view bytes, const std::string &name) {
     const size_t colorsStart = place(kHasColors, points, 12, "colours");
     if (end < bytes.size() && (arrays & ~static_cast<uint32_t>(kKnownArrays)) == 0)
         Warning(".hair with bytes left over",
-                name + ": " + std::to_string(bytes.size() - end) + " bytes after the last array are ignored");
-    // With no array of them each strand holds the same number of points, at least one: the points are in the file, so
-    // this bounds the strands too.
+                fmt::format("{}: {} bytes after the last array are ignored", name, bytes.size() - end));
+    // With no array of them each strand holds the same number of points, at least one: the points are in the
+    // file, so this bounds the strands too.
     if ((arrays & kHasSegments) == 0 && strands * (defaultSegments + 1) != points)
-        file.Fail(kStrandsAt, std::to_string(strands) + " strands of " + std::to_string(defaultSegments) +
-                                  " segments need " + std::to_string(strands * (defaultSegments + 1)) +
-                                  " points, and the header says " + std::to_string(points));
+        file.Fail(kStrandsAt, "{} strands of {} segments need {} points, and the header says {}", strands,
+                  defaultSegments, strands * (defaultSegments + 1), points);
 
     Groom groom;
     groom.strandOffsets.resize(strands + 1);
@@ -90,14 +90,11 @@ Groom ParseHairFile(std::string_view bytes, const std::string &name) {
         offset += segments + 1;
         if (offset > points)
             file.Fail((arrays & kHasSegments) != 0 ? segmentsStart + 2 * i : kSegmentsAt,
-                      "strand " + std::to_string(i) + " of " + std::to_string(segments) +
-                          " segments needs point " + std::to_string(offset) + " of " +
-                          std::to_string(points));
+                      "strand {} of {} segments needs point {} of {}", i, segments, offset, points);
         groom.strandOffsets[i + 1] = static_cast<uint32_t>(offset);
     }
     if (offset != points)
-        file.Fail(kPointsAt,
-                  "the strands use " + std::to_string(offset) + " points of " + std::to_string(points));
+        file.Fail(kPointsAt, "the strands use {} points of {}", offset, points);
 
     groom.points.resize(points);
     static_assert(sizeof(Point3f) == 12 && sizeof(Spectrum) == 12);
@@ -138,8 +135,8 @@ void WriteHairFile(const std::string &filename, const Groom &groom) {
     for (size_t i = 0; i < strands; ++i) {
         const size_t n = groom.PointCount(i);
         if (n == 0 || n > 65536)
-            Refuse(filename, "strand " + std::to_string(i) + " has " + std::to_string(n) +
-                                 " points; a .hair file holds strands of 1 to 65536");
+            Refuse(filename,
+                   fmt::format("strand {} has {} points; a .hair file holds strands of 1 to 65536", i, n));
         sameLength = sameLength && n == groom.PointCount(0);
     }
     const bool thickness = !groom.pointWidths.empty() || !groom.strandWidths.empty();

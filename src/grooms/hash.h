@@ -1,5 +1,5 @@
-// Random numbers by address: a value depends only on what it is asked for, never on who asked before, so that strands
-// come out the same in any order and for any number of threads.
+// Random numbers by address: a value depends only on what it is asked for, never on who asked before, so that
+// strands come out the same in any order and for any number of threads.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@ namespace cuticle {
 namespace {
 
 constexpr float kCutHeight = -27.f; // the bust ends here
-// From here directions to the scalp are measured: the cranium's middle.
+// The cranium's middle, from which directions to the scalp are measured.
 constexpr Point3f kCranium{0, 2.6f, -0.8f};
 constexpr Point3f kCrown{1.f, 10.6f, -4.8f};
 
@@ -104,8 +104,8 @@ Point3f PushOutOfHead(Point3f p, float offset) {
 }
 
 float HairDensity(const Point3f &p) {
-    // The hairline by azimuth from the face (degrees) and elevation seen from the cranium's middle: forehead, temple,
-    // sideburn, above and behind the ear, nape.
+    // The hairline by azimuth from the face (degrees) and elevation seen from the cranium's middle: forehead,
+    // temple, sideburn, above and behind the ear, nape.
     static constexpr float kLine[][2] = {{0, 35},    {18, 37.5f}, {36, 37.5f}, {52, 27},   {62, 12},
                                          {70, -6},   {78, -22},   {86, -14},   {94, 2},    {106, 2},
                                          {118, -16}, {130, -33},  {146, -44},  {162, -49}, {180, -50}};
@@ -123,8 +123,8 @@ float HairDensity(const Point3f &p) {
 Point3f Scalp::SurfaceAlong(float azimuth, float cosine) const {
     const float sine = std::sqrt(std::max(0.f, 1 - cosine * cosine));
     const Vector3f d{sine * std::sin(azimuth), cosine, sine * std::cos(azimuth)};
-    // The cranium is star-shaped seen from its middle: regula falsi between inside and outside, in the Illinois way
-    // (an end that stays for two steps counts half).
+    // The cranium is star-shaped seen from its middle: regula falsi between inside and outside, in the
+    // Illinois way (an end that stays for two steps counts half).
     float inside = 5, outside = 13;
     float a = HeadDistance(kCranium + d * inside), b = HeadDistance(kCranium + d * outside);
     if (!(a < 0 && b > 0)) { // along the neck: no scalp there, any point of it will do
@@ -149,22 +149,20 @@ Point3f Scalp::SurfaceAlong(float azimuth, float cosine) const {
 
 Scalp::Scalp() {
     // Area times density of cells even in azimuth and in the cosine from straight up.
-    std::vector<Point3f> corner(static_cast<size_t>(kAzimuth + 1) * (kHeight + 1));
-    for (int j = 0; j <= kHeight; ++j)
-        for (int i = 0; i <= kAzimuth; ++i)
-            corner[static_cast<size_t>(j) * (kAzimuth + 1) + static_cast<size_t>(i)] =
+    std::vector<Point3f> corner((kAzimuth + 1) * (kHeight + 1));
+    for (size_t j = 0; j <= kHeight; ++j)
+        for (size_t i = 0; i <= kAzimuth; ++i)
+            corner[j * (kAzimuth + 1) + i] =
                 SurfaceAlong(2 * Pi * static_cast<float>(i) / kAzimuth - Pi,
                              1 - 2 * static_cast<float>(j) / static_cast<float>(kHeight));
     double total = 0;
     rowCdf_.assign(kHeight + 1, 0);
-    columnCdf_.assign(static_cast<size_t>(kHeight) * (kAzimuth + 1), 0);
-    for (int j = 0; j < kHeight; ++j) {
+    columnCdf_.assign(kHeight * (kAzimuth + 1), 0);
+    for (size_t j = 0; j < kHeight; ++j) {
         double row = 0;
-        float *cdf = columnCdf_.data() + static_cast<ptrdiff_t>(j) * (kAzimuth + 1);
-        for (int i = 0; i < kAzimuth; ++i) {
-            const auto at = [&](int y, int x) {
-                return corner[static_cast<size_t>(y) * (kAzimuth + 1) + static_cast<size_t>(x)];
-            };
+        float *cdf = columnCdf_.data() + j * (kAzimuth + 1);
+        for (size_t i = 0; i < kAzimuth; ++i) {
+            const auto at = [&](size_t y, size_t x) { return corner[y * (kAzimuth + 1) + x]; };
             const Point3f a = at(j, i), b = at(j, i + 1), c = at(j + 1, i), d = at(j + 1, i + 1);
             const float area = (Cross(b - a, c - a).Length() + Cross(b - d, c - d).Length()) / 2;
             const Point3f middle = (a + b + c + d) * 0.25f;
@@ -174,10 +172,10 @@ Scalp::Scalp() {
             cdf[i + 1] = static_cast<float>(row);
         }
         if (row > 0)
-            for (int i = 0; i <= kAzimuth; ++i)
+            for (size_t i = 0; i <= kAzimuth; ++i)
                 cdf[i] /= static_cast<float>(row);
         total += row;
-        rowCdf_[static_cast<size_t>(j) + 1] = static_cast<float>(total);
+        rowCdf_[j + 1] = static_cast<float>(total);
     }
     area_ = static_cast<float>(total);
     for (float &v : rowCdf_)
@@ -185,16 +183,14 @@ Scalp::Scalp() {
 }
 
 ScalpPoint Scalp::Sample(float u, float v) const {
-    const auto invert = [](const float *cdf, int n, float x) {
-        const float *upper = std::upper_bound(cdf, cdf + n + 1, x);
-        const ptrdiff_t cell = std::clamp<ptrdiff_t>(upper - cdf - 1, 0, n - 1);
+    const auto invert = [](const float *cdf, size_t n, float x) {
+        const auto below = static_cast<size_t>(std::upper_bound(cdf, cdf + n + 1, x) - cdf);
+        const size_t cell = std::min(below > 0 ? below - 1 : 0, n - 1);
         const float width = cdf[cell + 1] - cdf[cell];
-        return std::pair<int, float>(static_cast<int>(cell),
-                                     width > 0 ? std::min((x - cdf[cell]) / width, 1.f) : 0.5f);
+        return std::pair(cell, width > 0 ? std::min((x - cdf[cell]) / width, 1.f) : 0.5f);
     };
     const auto [row, fv] = invert(rowCdf_.data(), kHeight, v);
-    const auto [column, fu] =
-        invert(columnCdf_.data() + static_cast<ptrdiff_t>(row) * (kAzimuth + 1), kAzimuth, u);
+    const auto [column, fu] = invert(columnCdf_.data() + row * (kAzimuth + 1), kAzimuth, u);
     ScalpPoint s;
     s.p = SurfaceAlong(2 * Pi * (static_cast<float>(column) + fu) / kAzimuth - Pi,
                        1 - 2 * (static_cast<float>(row) + fv) / static_cast<float>(kHeight));
@@ -203,99 +199,134 @@ ScalpPoint Scalp::Sample(float u, float v) const {
     return s;
 }
 
-HeadMesh MakeHeadMesh(float spacing) {
-    if (!(spacing >= 0.05f && spacing <= 5))
-        throw Error("the spacing of the head's mesh must lie between 0.05 and 5 (cm)");
-    // Surface nets: one vertex in every cell that the surface crosses, one quad for every crossed edge; then each
-    // vertex is moved onto the zero set along the gradient.
-    const Point3f low{-24, kCutHeight - 1.5f, -15}, high{24, 14, 14};
-    const int nx = static_cast<int>((high.x - low.x) / spacing) + 2,
-              ny = static_cast<int>((high.y - low.y) / spacing) + 2,
-              nz = static_cast<int>((high.z - low.z) / spacing) + 2;
-    const auto index = [&](int x, int y, int z) {
-        return static_cast<size_t>(x) +
-               static_cast<size_t>(nx) *
-                   (static_cast<size_t>(y) + static_cast<size_t>(ny) * static_cast<size_t>(z));
-    };
-    const auto corner = [&](int x, int y, int z) {
-        return low + Vector3f{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} * spacing;
-    };
-    std::vector<float> value(static_cast<size_t>(nx) * static_cast<size_t>(ny) * static_cast<size_t>(nz));
-    for (int z = 0; z < nz; ++z)
-        for (int y = 0; y < ny; ++y)
-            for (int x = 0; x < nx; ++x)
-                value[index(x, y, z)] = HeadDistance(corner(x, y, z));
+namespace {
 
-    HeadMesh mesh;
-    constexpr uint32_t kNone = ~0u;
-    std::vector<uint32_t> vertex(value.size(), kNone);
-    for (int z = 0; z + 1 < nz; ++z)
-        for (int y = 0; y + 1 < ny; ++y)
-            for (int x = 0; x + 1 < nx; ++x) {
-                Vector3f sum;
-                int crossings = 0;
-                for (int axis = 0; axis < 3; ++axis)
-                    for (int k = 0; k < 4; ++k) {
-                        int a[3] = {x, y, z};
-                        a[(axis + 1) % 3] += k & 1;
-                        a[(axis + 2) % 3] += k >> 1;
-                        int b[3] = {a[0], a[1], a[2]};
-                        ++b[axis];
-                        const float va = value[index(a[0], a[1], a[2])], vb = value[index(b[0], b[1], b[2])];
-                        if ((va < 0) == (vb < 0))
-                            continue;
-                        sum += Lerp(va / (va - vb), 0.f, 1.f) *
-                                   (corner(b[0], b[1], b[2]) - corner(a[0], a[1], a[2])) +
-                               corner(a[0], a[1], a[2]);
-                        ++crossings;
-                    }
-                if (crossings == 0)
+using Lattice = std::array<size_t, 3>; // x, y, z
+
+// The signed distance to the head at the corners of a lattice of cubes around it.
+class HeadLattice {
+  public:
+    explicit HeadLattice(float spacing) : spacing_(spacing) {
+        const Point3f high{24, 14, 14};
+        for (size_t axis = 0; axis < 3; ++axis)
+            size_[axis] = static_cast<size_t>((high[axis] - low_[axis]) / spacing) + 2;
+        values_.reserve(size_[0] * size_[1] * size_[2]);
+        ForEach(0, 0, [&](const Lattice &at) { values_.push_back(HeadDistance(Corner(at))); });
+    }
+    size_t Index(const Lattice &at) const { return at[0] + size_[0] * (at[1] + size_[1] * at[2]); }
+    size_t Corners() const { return values_.size(); }
+    float Value(const Lattice &at) const { return values_[Index(at)]; }
+    Point3f Corner(const Lattice &at) const {
+        return low_ +
+               Vector3f{static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2])} *
+                   spacing_;
+    }
+    // Calls f for every corner, x fastest, leaving out `before` planes at the low ends and `behind` at the
+    // high ones.
+    template <class F>
+    void ForEach(size_t before, size_t behind, const F &f) const {
+        for (size_t z = before; z + behind < size_[2]; ++z)
+            for (size_t y = before; y + behind < size_[1]; ++y)
+                for (size_t x = before; x + behind < size_[0]; ++x)
+                    f(Lattice{x, y, z});
+    }
+
+  private:
+    Point3f low_{-24, kCutHeight - 1.5f, -15};
+    float spacing_;
+    Lattice size_;
+    std::vector<float> values_;
+};
+
+// Adds a vertex in every cube that the surface crosses: the mean of where it crosses the cube's edges.
+// Returns the vertex of each cube, by the cube's lowest corner; ~0 where there is none.
+std::vector<uint32_t> AddVertices(const HeadLattice &lattice, HeadMesh *mesh) {
+    std::vector<uint32_t> vertex(lattice.Corners(), ~0u);
+    lattice.ForEach(0, 1, [&](const Lattice &cube) {
+        Vector3f sum;
+        int crossings = 0;
+        for (size_t axis = 0; axis < 3; ++axis)
+            for (size_t k = 0; k < 4; ++k) {
+                Lattice a = cube;
+                a[(axis + 1) % 3] += k & 1;
+                a[(axis + 2) % 3] += k >> 1;
+                Lattice b = a;
+                ++b[axis];
+                const float va = lattice.Value(a), vb = lattice.Value(b);
+                if ((va < 0) == (vb < 0))
                     continue;
-                vertex[index(x, y, z)] = static_cast<uint32_t>(mesh.points.size());
-                mesh.points.push_back(sum / static_cast<float>(crossings));
+                sum += Lerp(va / (va - vb), 0.f, 1.f) * (lattice.Corner(b) - lattice.Corner(a)) +
+                       lattice.Corner(a);
+                ++crossings;
             }
-    for (Point3f &p : mesh.points) {
+        if (crossings == 0)
+            return;
+        vertex[lattice.Index(cube)] = static_cast<uint32_t>(mesh->points.size());
+        mesh->points.push_back(sum / static_cast<float>(crossings));
+    });
+    return vertex;
+}
+
+// Moves the vertices onto the surface, along the gradient of the distance.
+void PullOntoHead(HeadMesh *mesh) {
+    for (Point3f &p : mesh->points) {
         for (int i = 0; i < 64; ++i) {
             const float d = HeadDistance(p);
             if (std::abs(d) < 2e-4f)
                 break;
             p -= HeadNormal(p) * (0.8f * d); // short of the full step, which creases would answer by a swing
         }
-        mesh.normals.push_back(HeadNormal(p));
+        mesh->normals.push_back(HeadNormal(p));
     }
-    for (int z = 1; z + 1 < nz; ++z)
-        for (int y = 1; y + 1 < ny; ++y)
-            for (int x = 1; x + 1 < nx; ++x)
-                for (int axis = 0; axis < 3; ++axis) {
-                    int b[3] = {x, y, z};
-                    ++b[axis];
-                    const bool inside = value[index(x, y, z)] < 0;
-                    if (inside == (value[index(b[0], b[1], b[2])] < 0))
-                        continue;
-                    // The four cells around this edge.
-                    uint32_t q[4];
-                    for (int k = 0; k < 4; ++k) {
-                        int c[3] = {x, y, z};
-                        c[(axis + 1) % 3] -= (k == 1 || k == 2) ? 1 : 0;
-                        c[(axis + 2) % 3] -= k >= 2 ? 1 : 0;
-                        q[k] = vertex[index(c[0], c[1], c[2])];
-                    }
-                    if (!inside)
-                        std::swap(q[1], q[3]);
-                    mesh.indices.insert(mesh.indices.end(), {q[0], q[1], q[2], q[0], q[2], q[3]});
-                }
+}
+
+// Adds two triangles for every edge that the surface crosses, between the vertices of the four cubes around
+// it.
+void AddTriangles(const HeadLattice &lattice, const std::vector<uint32_t> &vertex, HeadMesh *mesh) {
+    lattice.ForEach(1, 1, [&](const Lattice &a) {
+        for (size_t axis = 0; axis < 3; ++axis) {
+            Lattice b = a;
+            ++b[axis];
+            const bool inside = lattice.Value(a) < 0;
+            if (inside == (lattice.Value(b) < 0))
+                continue;
+            uint32_t q[4];
+            for (size_t k = 0; k < 4; ++k) {
+                Lattice cube = a;
+                cube[(axis + 1) % 3] -= (k == 1 || k == 2) ? 1 : 0;
+                cube[(axis + 2) % 3] -= k >= 2 ? 1 : 0;
+                q[k] = vertex[lattice.Index(cube)];
+            }
+            if (!inside)
+                std::swap(q[1], q[3]);
+            mesh->indices.insert(mesh->indices.end(), {q[0], q[1], q[2], q[0], q[2], q[3]});
+        }
+    });
+}
+
+} // namespace
+
+// Surface nets (Gibson 1998): one vertex in every cube that the surface crosses, one quad for every crossed
+// edge.
+HeadMesh MakeHeadMesh(float spacing) {
+    if (!(spacing >= 0.05f && spacing <= 5))
+        throw Error("the spacing of the head's mesh must lie between 0.05 and 5 (cm)");
+    const HeadLattice lattice(spacing);
+    HeadMesh mesh;
+    const std::vector<uint32_t> vertex = AddVertices(lattice, &mesh);
+    PullOntoHead(&mesh);
+    AddTriangles(lattice, vertex, &mesh);
     return mesh;
 }
 
 void WritePly(const std::string &filename, const HeadMesh &mesh) {
     OutputFile out(filename);
-    out.Write("ply\nformat binary_little_endian 1.0\ncomment written by Cuticle, units: cm\nelement vertex " +
-              std::to_string(mesh.points.size()) +
-              "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float "
-              "ny\nproperty float "
-              "nz\nelement face " +
-              std::to_string(mesh.indices.size() / 3) +
-              "\nproperty list uchar int vertex_indices\nend_header\n");
+    out.Write(fmt::format("ply\nformat binary_little_endian 1.0\ncomment written by Cuticle, units: cm\n"
+                          "element vertex {}\n"
+                          "property float x\nproperty float y\nproperty float z\n"
+                          "property float nx\nproperty float ny\nproperty float nz\n"
+                          "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                          mesh.points.size(), mesh.indices.size() / 3));
     std::string bytes;
     const auto put = [&](const auto &v) { bytes.append(reinterpret_cast<const char *>(&v), sizeof v); };
     for (size_t i = 0; i < mesh.points.size(); ++i) {

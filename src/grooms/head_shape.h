@@ -1,5 +1,6 @@
-// A head and shoulders to grow hair on, as a signed distance and as triangles; and the scalp, where hair grows.
-// Units are centimetres, y up, the face looks along +z, +x is the head's left; the origin lies between the ears.
+// A head and shoulders to grow hair on, as a signed distance and as triangles; and the scalp, where hair
+// grows. Units are centimetres, y up, the face looks along +z, +x is the head's left; the origin lies between
+// the ears.
 #pragma once
 
 #include "core/vecmath.h"
@@ -11,8 +12,8 @@
 namespace cuticle {
 
 // Distance to the surface of the bust, negative inside. Near the surface it is right to about a tenth (smooth
-// unions of ellipsoids and capsules bend it a little), and its sign is exact by definition: the zero set IS the head.
-// An adult's sizes: 14.6 wide, 18.6 from brow to back, 22 from chin to crown; shoulders 38 wide.
+// unions of ellipsoids and capsules bend it a little), and its sign is exact by definition: the zero set IS
+// the head. An adult's sizes: 14.6 wide, 18.6 from brow to back, 22 from chin to crown; shoulders 38 wide.
 float HeadDistance(const Point3f &p);
 // Unit normal of the level set through p (central differences of HeadDistance).
 Normal3f HeadNormal(const Point3f &p);
@@ -29,8 +30,8 @@ struct ScalpPoint {
 // The hairline: 1 well inside the scalp, 0 outside, a soft edge of some millimetres between.
 float HairDensity(const Point3f &p);
 
-// Picks points on the scalp in proportion to area times density (more around the crown); stratified input gives stratified roots. The
-// hairline is kept to the size of the cells that density is tabulated in, 3 mm.
+// Picks points on the scalp in proportion to area times density (more around the crown); stratified input
+// gives stratified roots. The hairline is kept to the size of the cells that density is tabulated in, 3 mm.
 class Scalp {
   public:
     Scalp();
@@ -39,7 +40,7 @@ class Scalp {
     float Area() const { return area_; } // cm^2, weighted by density
 
   private:
-    static constexpr int kAzimuth = 192, kHeight = 128;
+    static constexpr size_t kAzimuth = 192, kHeight = 128;
     Point3f SurfaceAlong(float azimuth, float cosine) const;
     std::vector<float> rowCdf_;    // over heights
     std::vector<float> columnCdf_; // per row, over azimuths
@@ -53,8 +54,8 @@ struct HeadMesh {
     std::vector<uint32_t> indices; // three per triangle, counter-clockwise seen from outside
 };
 
-// The bust as triangles of edges near `spacing` cm (0.05 to 5, else Error), cut off flat below the chest. Every
-// vertex above the cut lies on the zero set to 1e-3 cm.
+// The bust as triangles of edges near `spacing` cm (0.05 to 5, else Error), cut off flat below the chest.
+// Every vertex above the cut lies on the zero set to 1e-3 cm.
 HeadMesh MakeHeadMesh(float spacing = 0.3f);
 
 // Binary PLY with normals, atomically. Throws Error naming the path.

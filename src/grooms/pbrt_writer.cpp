@@ -96,7 +96,8 @@ void AppendPieces(const std::vector<BezierSegment> &pieces, int digits, const Pb
                   std::string *out, PbrtCurveCounts *counts) {
     counts->segments += pieces.size();
     for (size_t first = 0; first < pieces.size();) {
-        // One statement as far as the width stays linear in the segment's number, since a statement has two widths.
+        // One statement as far as the width stays linear in the segment's number, since a statement has two
+        // widths.
         size_t last = first + 1;
         const float w0 = pieces[first].width[0], slope = pieces[first].width[1] - w0;
         while (!options.perSegment && last < pieces.size()) {
@@ -161,8 +162,8 @@ void WritePbrtCurves(const Groom &groom, const PbrtCurveOptions &options, Output
         WriteStrands(groom, order, digits, options, out, counts);
         return;
     }
-    // Strands of one colour stand together under one material: a material changes the state of the reader, and there
-    // may be as many colours as strands.
+    // Strands of one colour stand together under one material: a material changes the state of the reader,
+    // and there may be as many colours as strands.
     std::map<std::array<float, 3>, std::vector<uint32_t>> byColor;
     const auto clamped = [](const Spectrum &c) { return c.Clamp(0, 1).c; };
     for (size_t i = 0; i < n && byColor.size() <= 256; ++i)

@@ -21,7 +21,7 @@ struct PbrtCurveOptions {
     float betaM = 0.3f, betaN = 0.3f;
 };
 
-// What was written.
+// Counts what was written.
 struct PbrtCurveCounts {
     size_t strands = 0, segments = 0, statements = 0, materials = 0;
 };
@@ -33,12 +33,12 @@ void AppendPbrtCurves(const Groom &groom, size_t begin, size_t end, const PbrtCu
 
 class OutputFile;
 
-// Writes a whole groom, formatted in parallel, with materials if asked for. The text is the same for any number of
-// threads.
+// Writes a whole groom, formatted in parallel, with materials if asked for. The text is the same for any
+// number of threads.
 void WritePbrtCurves(const Groom &groom, const PbrtCurveOptions &options, OutputFile *out,
                      PbrtCurveCounts *counts);
 
-// A Shape "trianglemesh" statement.
+// Writes a Shape "trianglemesh" statement.
 void WritePbrtMesh(const HeadMesh &mesh, OutputFile *out);
 
 } // namespace cuticle

@@ -8,8 +8,9 @@
 
 namespace cuticle {
 
-// Makes strands on demand: every strand depends on the parameters and its number alone, so that any range, in any
-// order, on any number of threads gives the same bits; a writer can stream 10^7 of them through little memory.
+// Makes strands on demand: every strand depends on the parameters and its number alone, so that any range, in
+// any order, on any number of threads gives the same bits; a writer can stream 10^7 of them through little
+// memory.
 class StrandSource {
   public:
     virtual ~StrandSource() = default;
@@ -37,12 +38,13 @@ class StrandSource {
 // Throws Error for parameters out of the table's ranges or a kind or style that does not exist.
 std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params);
 
-// All strands at once. Throws Error where they have more segments than a scene can hold, kMaxSegments (groom.h).
+// All strands at once. Throws Error where they have more segments than a scene can hold, kMaxSegments
+// (groom.h).
 Groom MakeGroom(const GroomParams &params);
 
-// On a head the points of a strand keep this far outside (cm) from a centimetre after the root on; the root itself
-// lies under the skin, no deeper than kRootDepth; so no point is deeper than that. The curve between two points may
-// dip a little more where it bends over an edge (measured in the tests).
+// On a head the points of a strand keep this far outside (cm) from a centimetre after the root on; the root
+// itself lies under the skin, no deeper than kRootDepth; so no point is deeper than that. The curve between
+// two points may dip a little more where it bends over an edge (measured in the tests).
 inline constexpr float kHeadClearance = 0.03f;
 inline constexpr float kRootDepth = 0.05f;
 

@@ -6,8 +6,9 @@ namespace cuticle {
 
 namespace {
 
-// The header: the version as a float, two counts, offsets of five arrays (0: not in the file), 32 reserved words. The strands'
-// and points' texture coordinates, at 16 and 20, are of no use without the mesh that they lie on.
+// The header: the version as a float, two counts, offsets of five arrays (0: not in the file), 32 reserved
+// words. The strands' and points' texture coordinates, at 16 and 20, are of no use without the mesh that they
+// lie on.
 constexpr size_t kHeaderBytes = 160;
 constexpr size_t kStrandsAt = 4, kPointsPerStrandAt = 8, kPositionsAt = 12, kThicknessAt = 24, kColorsAt = 28;
 
@@ -36,9 +37,11 @@ Groom ParseTfxFile(std::string_view bytes, const std::string &name) {
     if (bytes.size() < kHeaderBytes)
         file.Fail(bytes.size(), "the file ends within the header of 160 bytes of a .tfx file");
     if (!IsTfxFile(bytes))
-        file.Fail(0, "this is not a .tfx file of version 4, which begins with the number 4 as a float; the "
-                     "float here is " +
-                         std::to_string(file.Read<float>(0)));
+        file.Fail(
+            0,
+            "this is not a .tfx file of version 4, which begins with the number 4 as a float; the float here "
+            "is {:f}",
+            file.Read<float>(0));
     const size_t strands = file.Read<uint32_t>(kStrandsAt), run = file.Read<uint32_t>(kPointsPerStrandAt);
     if (run == 0)
         file.Fail(kPointsPerStrandAt, "strands of no points");
@@ -48,14 +51,12 @@ Groom ParseTfxFile(std::string_view bytes, const std::string &name) {
         if (at == 0)
             return 0;
         if (at < kHeaderBytes)
-            file.Fail(field, "the " + what + " are said to begin at byte " + std::to_string(at) +
-                                 ", within the header of 160 bytes");
+            file.Fail(field, "the {} are said to begin at byte {}, within the header of 160 bytes", what, at);
         file.NeedArray(at, count, size, what);
         return at;
     };
     if (strands > 0xffffffffull / run)
-        file.Fail(kStrandsAt, std::to_string(strands) + " strands of " + std::to_string(run) +
-                                  " points are more than 4294967295 points");
+        file.Fail(kStrandsAt, "{} strands of {} points are more than 4294967295 points", strands, run);
     const size_t points = strands * run;
     const size_t positions = place(kPositionsAt, points, 16, "positions");
     const size_t thickness = place(kThicknessAt, strands, 4, "thicknesses");

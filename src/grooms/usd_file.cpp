@@ -23,7 +23,7 @@ struct Attribute {
     bool given = false, byTime = false;
 };
 
-// What a BasisCurves prim says. The defaults are the schema's.
+// The properties of a BasisCurves prim; the defaults are the schema's.
 struct CurvesPrim {
     size_t at = 0;
     std::string type = "cubic", basis = "bezier", wrap = "nonperiodic";
@@ -46,7 +46,8 @@ Transform FromUsdMatrix(const std::vector<double> &v) {
     return Transform(m);
 }
 
-// The operation's kind is the second part of its name: xformOp:rotateXYZ:pivot. Returns false for an unknown one.
+// The operation's kind is the second part of its name: xformOp:rotateXYZ:pivot. Returns false for an unknown
+// one.
 bool MakeOperation(std::string_view name, const std::vector<double> &v, Transform *out) {
     name.remove_prefix(std::string_view("xformOp:").size());
     const std::string_view kind = name.substr(0, name.find(':'));
@@ -130,8 +131,7 @@ class LayerReader {
             text_.Fail(at, parent < 0 ? "\"def\", \"over\" or \"class\" was expected"
                                       : "a property or a prim was expected");
         if (parent < 0 && word != "rootPrims")
-            text_.Fail(at, "\"" + std::string(word) +
-                               "\" begins no prim; \"def\", \"over\" or \"class\" was expected");
+            text_.Fail(at, "\"{}\" begins no prim; \"def\", \"over\" or \"class\" was expected", word);
         Property(parent, at);
     }
 
@@ -141,8 +141,7 @@ class LayerReader {
         for (ptrdiff_t p = parent; p >= 0; p = prims_[static_cast<size_t>(p)].parent)
             ++depth;
         if (depth > kMaxDepth)
-            text_.Fail(text_.At(),
-                       "prims lie more than " + std::to_string(kMaxDepth) + " deep in each other");
+            text_.Fail(text_.At(), "prims lie more than {} deep in each other", kMaxDepth);
         const size_t index = prims_.size();
         prims_.emplace_back();
         prims_[index].parent = parent;
@@ -315,7 +314,8 @@ Transform ToLayer(const std::vector<Prim> &prims, size_t index, const std::strin
     return all;
 }
 
-// Numbers of the curve's points to numbers of Bezier control points, four by four; catmullRom with USD's tension of a half.
+// Numbers of the curve's points to numbers of Bezier control points, four by four; catmullRom with USD's
+// tension of a half.
 using BasisMatrix = std::array<std::array<double, 4>, 4>;
 constexpr BasisMatrix kBSplineToBezier{{{1. / 6, 4. / 6, 1. / 6, 0},
                                         {0, 4. / 6, 2. / 6, 0},
@@ -327,8 +327,8 @@ constexpr BasisMatrix kCatmullRomToBezier{
 // Whole numbers beyond this are not exact in the binary32 that attributes are kept in.
 constexpr float kMaxCount = 16777216;
 
-// One BasisCurves prim, turned into strands of a groom that holds Bezier control points or (linear) points, with a width
-// and a colour for each.
+// One BasisCurves prim, turned into strands of a groom that holds Bezier control points or (linear) points,
+// with a width and a colour for each.
 class CurvesBuilder {
   public:
     CurvesBuilder(const CurvesPrim &prim, const Transform &toLayer, const UsdText &text,
@@ -393,19 +393,20 @@ class CurvesBuilder {
         size_t sum = 0;
         for (const float v : prim_.counts.values) {
             if (!(v >= 0) || v != std::floor(v) || v > kMaxCount)
-                text_.Fail(prim_.counts.at, "curveVertexCounts holds " + std::to_string(v) +
-                                                "; whole numbers from 0 to 16777216 were expected");
+                text_.Fail(prim_.counts.at,
+                           "curveVertexCounts holds {:f}; whole numbers from 0 to 16777216 were expected", v);
             counts.push_back(static_cast<size_t>(v));
             sum += counts.back();
             if (step_ == 3 && counts.back() % 3 != 1)
-                text_.Fail(prim_.counts.at, "a Bezier curve of " + std::to_string(counts.back()) +
-                                                " points; 3 n + 1 points make n segments");
+                text_.Fail(prim_.counts.at, "a Bezier curve of {} points; 3 n + 1 points make n segments",
+                           counts.back());
         }
         if (prim_.points.values.size() % 3 != 0 || sum != prim_.points.values.size() / 3)
-            text_.Fail(prim_.points.given ? prim_.points.at : prim_.at,
-                       "curveVertexCounts adds up to " + std::to_string(sum) + " points, and points holds " +
-                           std::to_string(prim_.points.values.size()) +
-                           " numbers; three for each were expected");
+            text_.Fail(
+                prim_.points.given ? prim_.points.at : prim_.at,
+                "curveVertexCounts adds up to {} points, and points holds {} numbers; three for each were "
+                "expected",
+                sum, prim_.points.values.size());
         return counts;
     }
 
@@ -422,16 +423,16 @@ class CurvesBuilder {
         std::vector<float> spread;
         for (const float i : prim_.colorIndices.values) {
             if (!(i >= 0) || i > kMaxCount || static_cast<size_t>(i) >= color->values.size() / 3)
-                text_.Fail(prim_.colorIndices.at, "index " + std::to_string(static_cast<long long>(i)) +
-                                                      " of " + std::to_string(color->values.size() / 3) +
-                                                      " colours, counted from 0");
+                text_.Fail(prim_.colorIndices.at, "index {} of {} colours, counted from 0",
+                           static_cast<long long>(i), color->values.size() / 3);
             const auto first = color->values.begin() + 3 * static_cast<ptrdiff_t>(i);
             spread.insert(spread.end(), first, first + 3);
         }
         color->values = std::move(spread);
     }
 
-    // Settles the interpolation and checks that there are as many values as it needs. A single value is for all.
+    // Settles the interpolation and checks that there are as many values as it needs. A single value is for
+    // all.
     void CheckSpread(Attribute *a, size_t size, const char *usual, const char *name,
                      const std::vector<size_t> &counts) const {
         if (!a->given)
@@ -453,9 +454,8 @@ class CurvesBuilder {
                                   "\"; constant, uniform, varying or vertex was expected");
         }
         if (a->values.size() != needed * size)
-            text_.Fail(a->at, std::string(name) + " of " + a->interpolation + " interpolation needs " +
-                                  std::to_string(needed) + " values of " + std::to_string(size) +
-                                  ", and has " + std::to_string(a->values.size()) + " numbers");
+            text_.Fail(a->at, "{} of {} interpolation needs {} values of {}, and has {} numbers", name,
+                       a->interpolation, needed, size, a->values.size());
     }
 
     // Numbers given at a curve's n points, `stride` apart, at the points of its strand.
@@ -542,8 +542,8 @@ bool IsHidden(const std::vector<Prim> &prims, size_t index) {
     return false;
 }
 
-// Widths and colours that are the same everywhere are kept once; those of curves without any (negative so far) take the
-// mean of the rest.
+// Widths and colours that are the same everywhere are kept once; those of curves without any (negative so
+// far) take the mean of the rest.
 void Settle(const std::string &name, Groom *groom) {
     double width = 0;
     std::array<double, 3> color{};

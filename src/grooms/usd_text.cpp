@@ -89,7 +89,8 @@ std::string_view UsdText::String() {
 }
 
 void UsdText::SkipValue() {
-    // Open brackets are counted on a list, not by recursion, which a hostile file could make as deep as it is long
+    // Open brackets are counted on a list, not by recursion, which a hostile file could make as deep as it is
+    // long
     std::vector<size_t> open;
     do {
         const char c = Peek();

@@ -9,8 +9,9 @@
 
 namespace cuticle {
 
-// Reads from the text's beginning to its end; comments and space are passed over before every word. All functions
-// throw Error with file, line and column where the text holds something else than they are asked for.
+// Reads from the text's beginning to its end; comments and space are passed over before every word. All
+// functions throw Error with file, line and column where the text holds something else than they are asked
+// for.
 class UsdText {
   public:
     UsdText(std::string_view text, std::string name) : text_(text), name_(std::move(name)) {}
@@ -27,8 +28,8 @@ class UsdText {
     std::string_view String();
     // One value of any kind, unread: brackets with all they hold, strings, @assets@, <paths>, numbers, words.
     void SkipValue();
-    // (..) after a declaration, if there is one, as entries "name = value"; use(name) is called before each value is
-    // passed over and may read it itself (returns true).
+    // (..) after a declaration, if there is one, as entries "name = value"; use(name) is called before each
+    // value is passed over and may read it itself (returns true).
     template <typename Use>
     void Metadata(Use use) {
         if (!Take('('))
@@ -51,8 +52,8 @@ class UsdText {
             Take(';');
         }
     }
-    // A number, tuple of numbers, or (nested) array of either, as a flat list. Throws for anything that is not finite or
-    // outside +-3e38.
+    // A number, tuple of numbers, or (nested) array of either, as a flat list. Throws for anything that is
+    // not finite or outside +-3e38.
     std::vector<double> Numbers();
     // The same in binary32, for long arrays.
     std::vector<float> Floats();
@@ -61,6 +62,11 @@ class UsdText {
     std::string OneString(); // of a list, its first
 
     [[noreturn]] void Fail(size_t byte, const std::string &what) const;
+    template <typename Arg, typename... Args>
+    [[noreturn]] void Fail(size_t byte, fmt::format_string<Arg, Args...> format, Arg &&arg,
+                           Args &&...args) const {
+        Fail(byte, fmt::vformat(format, fmt::make_format_args(arg, args...)));
+    }
     FileLoc Loc(size_t byte) const;
 
   private:

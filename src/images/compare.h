@@ -20,8 +20,8 @@ struct CompareOptions {
 
 //> Test each pixel against its variance
 // The z-test asks whether chance explains the differences. It needs both pictures to carry "variance.R",
-// "variance.G", "variance.B", the variances of their pixels' means: then every pixel's difference has a z-score, and
-// chance alone would reject a picture of n values with probability alpha.
+// "variance.G", "variance.B", the variances of their pixels' means: then every pixel's difference has a
+// z-score, and chance alone would reject a picture of n values with probability alpha.
 struct ZTest {
     size_t values = 0;           // n: pixels (or blocks) times three channels
     double level = 0;            // significance of each single test, Sidak's 1 - (1 - alpha)^(1/n)

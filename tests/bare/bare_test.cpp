@@ -1,4 +1,5 @@
-// Everything of core and fibers links without a library of anybody's (see CMakeLists.txt), and one hair scatters light.
+// Everything of core and fibers links without a library of anybody's (see CMakeLists.txt), and one hair
+// scatters light.
 #include "core/parallel.h"
 #include "fibers/hair.h"
 

@@ -11,8 +11,8 @@ using namespace cuticle;
 
 namespace {
 
-// The multi-lobe fit of Wyman, Sloan and Shirley 2013 (JCGT 2(2), the accurate set of its listing): Gaussians whose
-// width differs left and right of their peak; 1/width is given.
+// The multi-lobe fit of Wyman, Sloan and Shirley 2013 (JCGT 2(2), the accurate set of its listing): Gaussians
+// whose width differs left and right of their peak; 1/width is given.
 double Lobe(double lambda, double peak, double left, double right) {
     const double t = (lambda - peak) * (lambda < peak ? left : right);
     return std::exp(-t * t / 2);
@@ -55,7 +55,8 @@ TEST(Observer, IntegralOfYIsPublishedOne) {
     EXPECT_NEAR(integral, 106.856895, 2e-3);
 }
 
-// A digit typed wrong in the table leaves the fit, whose own error is at most 0.029 (x), 0.011 (y), 0.073 (z).
+// A digit typed wrong in the table leaves the fit, whose own error is at most 0.029 (x), 0.011 (y), 0.073
+// (z).
 TEST(Observer, EveryRowIsNearTheFitOfWyman) {
     std::array<double, 3> largest{};
     for (int l = 360; l <= 830; l += 5) {
@@ -131,7 +132,8 @@ TEST(SampledSpectrum, BadInputIsAnError) {
 }
 
 TEST(Blackbody, ChromaticitiesArePublishedOnes) {
-    // Illuminant A is the 2856 K radiator (CIE: 0.44758, 0.40745); 6500 K on the Planckian locus is (0.3135, 0.3237).
+    // Illuminant A is the 2856 K radiator (CIE: 0.44758, 0.40745); 6500 K on the Planckian locus is (0.3135,
+    // 0.3237).
     EXPECT_NEAR(BlackbodyChromaticity(2856)[0], 0.44758, 2e-4);
     EXPECT_NEAR(BlackbodyChromaticity(2856)[1], 0.40745, 2e-4);
     EXPECT_NEAR(BlackbodyChromaticity(6500)[0], 0.3135, 2e-4);
@@ -140,7 +142,7 @@ TEST(Blackbody, ChromaticitiesArePublishedOnes) {
     EXPECT_NEAR(BlackbodyChromaticity(10000)[1], 0.2884, 2e-4);
 }
 
-// Where Planck's maximum lies within the visible range, Y is near and below 1 and the scale multiplies.
+// Y is near and below 1 where Planck's maximum lies within the visible range, and the scale multiplies.
 TEST(Blackbody, MaximumIsOneTimesScale) {
     const double y = RGBToXYZ(BlackbodyToRGB(5200, 1))[1]; // peak at 557 nm
     EXPECT_LT(y, 1);

@@ -1,4 +1,5 @@
-// The tables of metals against each other, against published colours, and against pbrt-v3's rule of integration.
+// The tables of metals against each other, against published colours, and against pbrt-v3's rule of
+// integration.
 #include "core/metal_spectra.h"
 
 #include "core/error.h"
@@ -16,7 +17,7 @@ double Interpolated(const MetalSpectrum &s, double lambda) {
     return std::nan("");
 }
 
-// Of a smooth surface, light from above.
+// The reflectance of a smooth surface for light from above.
 double Reflectance(std::string_view symbol, double lambda) {
     const double n = Interpolated(*FindMetalSpectrum(symbol, OpticalConstant::Eta), lambda),
                  k = Interpolated(*FindMetalSpectrum(symbol, OpticalConstant::K), lambda);
@@ -45,10 +46,10 @@ TEST(MetalSpectra, TablesAreSoundAndCoverTheVisible) {
         }
 }
 
-// A second source for each: other samples, other hands, the reflectance at the same wavelength. Silver, gold, aluminium
-// and tungsten from the tables that Luxpop's collection gives (Palik's handbook for nickel and tungsten), copper from
-// Johnson and Christy 1972, each read off at the wavelength named. The bounds are how far the laboratories lie apart,
-// most for silver, which tarnishes, and at the edge of gold.
+// A second source for each: other samples, other hands, the reflectance at the same wavelength. Silver, gold,
+// aluminium and tungsten from the tables that Luxpop's collection gives (Palik's handbook for nickel and
+// tungsten), copper from Johnson and Christy 1972, each read off at the wavelength named. The bounds are how
+// far the laboratories lie apart, most for silver, which tarnishes, and at the edge of gold.
 TEST(MetalSpectra, OtherMeasurementsAgree) {
     struct Other {
         const char *symbol;
@@ -88,7 +89,8 @@ TEST(MetalSpectra, CopperHasThePublishedColour) {
     }
 }
 
-// pbrt-v3 sums the values at 471 whole nm with weights that come to 470/471: ours is larger by that and no more.
+// pbrt-v3 sums the values at 471 whole nm with weights that come to 470/471: ours is larger by that and no
+// more.
 TEST(MetalSpectra, DifferFromPbrtV3sRuleByItsNormalisation) {
     for (const std::string_view symbol : MetalSymbols()) {
         const auto s = FindMetalSpectrum(symbol, OpticalConstant::K);

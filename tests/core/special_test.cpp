@@ -52,7 +52,8 @@ TEST(I0e, AgreesWithFiftyDigits) {
     EXPECT_LE(inLongDouble, 1e-18) << "at x = " << at;
 }
 
-// Where Boost has no reach: I0e(x) sqrt(2 pi x) = 1 + 1/(8x) + ..., up to the largest argument that a lobe asks for.
+// Boost does not reach so far: I0e(x) sqrt(2 pi x) = 1 + 1/(8x) + ..., up to the largest argument that a lobe
+// asks for.
 TEST(I0e, LargeArguments) {
     for (float x = 5e4f; x < 1e30f; x *= 1.9f) {
         const double expected = (1 + 0.125 / x + 9 / 128. / x / x) / std::sqrt(2 * std::numbers::pi * x);

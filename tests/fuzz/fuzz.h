@@ -1,4 +1,5 @@
-// What the fuzz targets share: an Error is the right answer to bad input, anything else that leaves a reader is not.
+// The fuzz targets share this: an Error is the right answer to bad input, anything else that leaves a reader
+// is not.
 #pragma once
 
 #include "core/error.h"

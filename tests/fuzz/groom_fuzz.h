@@ -1,4 +1,4 @@
-// What holds for strands from any file.
+// These laws hold for strands from any file.
 #pragma once
 
 #include "fuzz/fuzz.h"

@@ -9,7 +9,8 @@ using namespace cuticle;
 
 namespace {
 
-// What is legitimate and takes long: recipes of many strands, surfaces divided often, many objects.
+// Whether a scene is legitimate and takes long: recipes of many strands, surfaces divided often, many
+// objects.
 bool TakesLong(const SceneDescription &scene) {
     const auto isLong = [](const ShapeEntity &s) {
         return s.type.starts_with("groom") ||

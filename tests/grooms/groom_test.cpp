@@ -126,7 +126,7 @@ TEST(Groom, ResamplingSpacesEvenlyAndKeepsTheLength) {
     }
 }
 
-// What a piece says of its place on the strand: points that were passed over are counted, and colours follow.
+// A piece says where on the strand it lies: points that were passed over are counted, and colours follow.
 TEST(Groom, PiecesKnowTheirPlaceOnTheStrand) {
     Groom g;
     g.points = {{0, 0, 0}, {0, 1, 0}, {0, 1, 0}, {0, 2, 0}, {0, 3, 0}};

@@ -77,8 +77,9 @@ TEST(Procedural, AnotherSeedIsAnotherGroom) {
     }
 }
 
-// The stated bound: points keep kHeadClearance outside the head once they are a centimetre from the root, and none
-// is deeper than kRootDepth. Between points the curve is checked at a coarser bound, where it bends over the head.
+// The stated bound: points keep kHeadClearance outside the head once they are a centimetre from the root, and
+// none is deeper than kRootDepth. Between points the curve is checked at a coarser bound, where it bends over
+// the head.
 TEST(Procedural, HairStaysOutsideTheHead) {
     for (const Kind &k : kHeads) {
         const Groom g = MakeGroom(Small(k, 1500));
@@ -179,7 +180,8 @@ TEST(Procedural, LengthsAndFall) {
     EXPECT_LT(ratio, 2.5);
 }
 
-// Curls are what the style says: the angle that curly strands turn through is several times that of straight ones.
+// Curls are what the style says: the angle that curly strands turn through is several times that of straight
+// ones.
 TEST(Procedural, StylesDiffer) {
     const auto turning = [](const Kind &k) {
         const Groom g = MakeGroom(Small(k, 300));

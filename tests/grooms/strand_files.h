@@ -1,4 +1,5 @@
-// What the tests of the readers share: a folder for files, bytes, messages, and the real models where they are at hand.
+// The tests of the readers share this: a folder for files, bytes, messages, and the real models where they
+// are at hand.
 #pragma once
 
 #include "core/error.h"

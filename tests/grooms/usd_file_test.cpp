@@ -12,7 +12,7 @@ namespace {
 using UsdFile = StrandFiles;
 
 Groom Parse(const std::string &text) { return ParseUsdFile("#usda 1.0\n" + text, "x.usda"); }
-// Of text that begins on line 2.
+// The message for text that begins on line 2.
 std::string Message(const std::string &text) {
     return MessageOf([&] { Parse(text); });
 }

@@ -49,8 +49,8 @@ Image Noisy(const Image &image, float amplitude) {
     return noisy;
 }
 
-// FLIP as the paper writes it, plainly: dense two-dimensional kernels, Y Cx Cz with its scales and offset, no product
-// of one-dimensional filters. The oracle of FLIP().
+// FLIP as the paper writes it, plainly: dense two-dimensional kernels, Y Cx Cz with its scales and offset, no
+// product of one-dimensional filters. The oracle of FLIP().
 class PlainFLIP {
   public:
     using Triple = std::array<double, 3>;
@@ -198,7 +198,7 @@ TEST(Compare, KnownValues) {
     EXPECT_NEAR(swapped.relativeMSE, (0.0625 / 0.26 + 4 / 4.01) / 3, 1e-12);
 }
 
-// Of 300 differences 0, 1, ... 299, 99% are no larger than number 297 of the sorted ones, which is 296.
+// 99% of 300 differences 0, 1, ... 299 are no larger than number 297 of the sorted ones, which is 296.
 TEST(Compare, PercentileIsByRank) {
     Image a(100, 1, rgbNames);
     const Image b(100, 1, rgbNames);
@@ -248,7 +248,8 @@ TEST(Compare, MismatchIsAnError) {
 }
 
 // L* of white is 100, so HyAB is 100; 100^0.7 = 25.119. Green and blue: L*a*b* (87.737, -86.185, 83.181) and
-// (32.303, 79.197, -107.864); Hunt-adjusted HyAB 203.31, to the 0.7 41.28. 0.95 + 0.05 (25.119 - 16.512) / 24.768.
+// (32.303, 79.197, -107.864); Hunt-adjusted HyAB 203.31, to the 0.7 41.28. 0.95 + 0.05 (25.119 - 16.512) /
+// 24.768.
 TEST(FLIP, BlackAgainstWhite) {
     const auto map = FLIP(Constant(40, 30, Spectrum(0)), Constant(40, 30, Spectrum(1)));
     for (const float v : map)
@@ -294,7 +295,7 @@ TEST(FLIP, GrowsWithNoise) {
     EXPECT_LT(previous, 1);
 }
 
-// From far away a fine checkerboard is its mean; from near it is not.
+// A fine checkerboard is its mean seen from far away, and is not from near.
 TEST(FLIP, DistanceHidesFineDetail) {
     Image checker = Constant(64, 64, Spectrum(0));
     for (int y = 0; y < 64; ++y)
@@ -333,7 +334,8 @@ TEST(ZTest, LevelIsSidaks) {
     EXPECT_FALSE(Compare(a, Image(20, 10, rgbNames)).zTest);
 }
 
-// Differences whose z-scores are the quantiles of the normal distribution pass; the same, twice as wide, do not.
+// Differences whose z-scores are the quantiles of the normal distribution pass; the same, twice as wide, do
+// not.
 TEST(ZTest, PassesTheNormalDistribution) {
     const size_t n = 64 * 64 * 3;
     for (const double width : {1., 2.}) {
@@ -395,8 +397,9 @@ TEST(ZTest, BrokenVariancesAreBadPixels) {
     }
 }
 
-// The law that the correction promises: of pictures that differ by chance alone, alpha are rejected. 3000 pictures
-// of 100 pixels at alpha = 0.2 with a fixed seed; the bound is 4.9 standard deviations of the count (1e-6).
+// The law that the correction promises: of pictures that differ by chance alone, alpha are rejected. 3000
+// pictures of 100 pixels at alpha = 0.2 with a fixed seed; the bound is 4.9 standard deviations of the count
+// (1e-6).
 TEST(ZTest, RejectsAlphaOfRightPictures) {
     std::mt19937_64 random(1);
     const auto uniform = [&] { return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53; };
