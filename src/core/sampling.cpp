@@ -85,7 +85,8 @@ Point2f UniformSampleTriangle(const Point2f &u) {
 //<
 
 //> Tabulate a one-dimensional density
-Distribution1D::Distribution1D(const Float *f, int n) : func_(f, f + n), cdf_(static_cast<size_t>(n) + 1) {
+Distribution1D::Distribution1D(const Float *f, size_t n) : func_(f, f + n), cdf_(n + 1) {
+    const double cells = static_cast<double>(n);
     //> Sum the function, in double
     double sum = 0;
     for (const Float value : func_) {
@@ -94,12 +95,12 @@ Distribution1D::Distribution1D(const Float *f, int n) : func_(f, f + n), cdf_(st
                 .WithRemedy("it must be finite and not negative");
         sum += static_cast<double>(value);
     }
-    integral_ = static_cast<Float>(sum / n);
+    integral_ = static_cast<Float>(sum / cells);
     //<
     //> Without any mass, be uniform
     if (sum == 0) {
         std::fill(func_.begin(), func_.end(), 1.f);
-        sum = n;
+        sum = cells;
     }
     //<
     //> Scale the function to a density and sum it up to the distribution function
@@ -109,29 +110,29 @@ Distribution1D::Distribution1D(const Float *f, int n) : func_(f, f + n), cdf_(st
     for (size_t i = 0; i < func_.size(); ++i) {
         cdf_[i] = static_cast<Float>(below / sum);
         below += static_cast<double>(func_[i]);
-        func_[i] = static_cast<Float>(static_cast<double>(func_[i]) / sum * n);
+        func_[i] = static_cast<Float>(static_cast<double>(func_[i]) / sum * cells);
     }
     cdf_.back() = 1;
     //<
 }
 
 //> Find the cell of a random number by bisection
-int Distribution1D::FindCell(Float u) const {
+size_t Distribution1D::FindCell(Float u) const {
     // The last cell that begins at or before u: cells of width zero are passed over. u < 1 = cdf_.back(), so
     // trailing cells of width zero are never met.
     // NaN finds the first cell, and stays in the place within it.
     u = std::min(std::max(0.f, u), OneMinusEpsilon);
     const auto after = std::upper_bound(cdf_.begin(), cdf_.end(), u);
-    return static_cast<int>(after - cdf_.begin()) - 1;
+    return static_cast<size_t>(after - cdf_.begin()) - 1;
 }
 //<
 
 //> Sample the one-dimensional density
-Float Distribution1D::Density(int cell) const { return func_[static_cast<size_t>(cell)]; }
+Float Distribution1D::Density(size_t cell) const { return func_[cell]; }
 
-int Distribution1D::SampleDiscrete(Float u, Float *probability, Float *uRemapped) const {
-    const int cell = FindCell(u);
-    const Float low = cdf_[static_cast<size_t>(cell)], high = cdf_[static_cast<size_t>(cell) + 1];
+size_t Distribution1D::SampleDiscrete(Float u, Float *probability, Float *uRemapped) const {
+    const size_t cell = FindCell(u);
+    const Float low = cdf_[cell], high = cdf_[cell + 1];
     if (probability)
         *probability = DiscretePDF(cell);
     if (uRemapped)
@@ -139,9 +140,9 @@ int Distribution1D::SampleDiscrete(Float u, Float *probability, Float *uRemapped
     return cell;
 }
 
-Float Distribution1D::SampleContinuous(Float u, Float *pdf, int *offset) const {
+Float Distribution1D::SampleContinuous(Float u, Float *pdf, size_t *offset) const {
     Float within = 0;
-    const int cell = SampleDiscrete(u, nullptr, &within);
+    const size_t cell = SampleDiscrete(u, nullptr, &within);
     if (pdf)
         *pdf = Density(cell);
     if (offset)
@@ -151,17 +152,17 @@ Float Distribution1D::SampleContinuous(Float u, Float *pdf, int *offset) const {
 
 Float Distribution1D::Pdf(Float x) const {
     const Float n = static_cast<Float>(Count());
-    return Density(static_cast<int>(std::min(std::max(0.f, x * n), n - 1)));
+    return Density(static_cast<size_t>(std::min(std::max(0.f, x * n), n - 1)));
 }
 //<
 //<
 
 //> Tabulate and sample a two-dimensional density
-std::vector<Distribution1D> Distribution2D::Rows(const Float *f, int nu, int nv) {
+std::vector<Distribution1D> Distribution2D::Rows(const Float *f, size_t nu, size_t nv) {
     std::vector<Distribution1D> rows;
-    rows.reserve(static_cast<size_t>(nv));
-    for (int v = 0; v < nv; ++v)
-        rows.emplace_back(f + static_cast<ptrdiff_t>(v) * nu, nu);
+    rows.reserve(nv);
+    for (size_t v = 0; v < nv; ++v)
+        rows.emplace_back(f + v * nu, nu);
     return rows;
 }
 
@@ -173,14 +174,14 @@ std::vector<Float> Distribution2D::RowIntegrals(const std::vector<Distribution1D
     return integrals;
 }
 
-Distribution2D::Distribution2D(const Float *f, int nu, int nv)
+Distribution2D::Distribution2D(const Float *f, size_t nu, size_t nv)
     : conditional_(Rows(f, nu, nv)), marginal_(RowIntegrals(conditional_).data(), nv) {}
 
 Point2f Distribution2D::SampleContinuous(const Point2f &u, Float *pdf) const {
     Float pdfU = 0, pdfV = 0;
-    int row = 0;
+    size_t row = 0;
     const Float v = marginal_.SampleContinuous(u.y, &pdfV, &row);
-    const Float x = conditional_[static_cast<size_t>(row)].SampleContinuous(u.x, &pdfU);
+    const Float x = conditional_[row].SampleContinuous(u.x, &pdfU);
     if (pdf)
         *pdf = pdfU * pdfV;
     return {x, v};
@@ -188,8 +189,8 @@ Point2f Distribution2D::SampleContinuous(const Point2f &u, Float *pdf) const {
 
 Float Distribution2D::Pdf(const Point2f &p) const {
     const Float nv = static_cast<Float>(marginal_.Count());
-    const int row = static_cast<int>(std::min(std::max(0.f, p.y * nv), nv - 1));
-    return conditional_[static_cast<size_t>(row)].Pdf(p.x) * marginal_.Pdf(p.y);
+    const size_t row = static_cast<size_t>(std::min(std::max(0.f, p.y * nv), nv - 1));
+    return conditional_[row].Pdf(p.x) * marginal_.Pdf(p.y);
 }
 //<
 

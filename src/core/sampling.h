@@ -97,21 +97,21 @@ inline Float PowerHeuristic(Float pdfA, Float pdfB) {
 // finite and not negative (else Error). A function that is zero everywhere is taken as constant. n >= 1.
 class Distribution1D {
   public:
-    Distribution1D(const Float *f, int n);
-    int Count() const { return static_cast<int>(func_.size()); }
+    Distribution1D(const Float *f, size_t n);
+    size_t Count() const { return func_.size(); }
     // The integral over [0,1] of the function as given: 0 if it is zero everywhere.
     Float Integral() const { return integral_; }
     // x in [0,1) with density *pdf at x; *offset: the cell. u in [0,1).
-    Float SampleContinuous(Float u, Float *pdf, int *offset = nullptr) const;
+    Float SampleContinuous(Float u, Float *pdf, size_t *offset = nullptr) const;
     // A cell, with its probability, and u stretched over the cell for reuse.
-    int SampleDiscrete(Float u, Float *probability = nullptr, Float *uRemapped = nullptr) const;
-    Float DiscretePDF(int cell) const { return Density(cell) / static_cast<Float>(Count()); }
+    size_t SampleDiscrete(Float u, Float *probability = nullptr, Float *uRemapped = nullptr) const;
+    Float DiscretePDF(size_t cell) const { return Density(cell) / static_cast<Float>(Count()); }
     // The density of SampleContinuous at x; x outside [0,1] counts as the nearest end.
     Float Pdf(Float x) const;
 
   private:
-    Float Density(int cell) const;
-    int FindCell(Float u) const;
+    Float Density(size_t cell) const;
+    size_t FindCell(Float u) const;
     std::vector<Float> func_, cdf_;
     Float integral_ = 0;
 };
@@ -121,7 +121,7 @@ class Distribution1D {
 // pbrt-v3's Distribution2D: rows of f are v, nu values each; row v is chosen first, then u within it.
 class Distribution2D {
   public:
-    Distribution2D(const Float *f, int nu, int nv);
+    Distribution2D(const Float *f, size_t nu, size_t nv);
     // A point with density *pdf, relative to area on [0,1)^2. u in [0,1)^2.
     Point2f SampleContinuous(const Point2f &u, Float *pdf) const;
     Float Pdf(const Point2f &p) const;
@@ -130,7 +130,7 @@ class Distribution2D {
 
   private:
     static std::vector<Float> RowIntegrals(const std::vector<Distribution1D> &rows);
-    static std::vector<Distribution1D> Rows(const Float *f, int nu, int nv);
+    static std::vector<Distribution1D> Rows(const Float *f, size_t nu, size_t nv);
     std::vector<Distribution1D> conditional_;
     Distribution1D marginal_;
 };

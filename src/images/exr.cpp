@@ -5,7 +5,6 @@
 
 #include <ImathBox.h>
 #include <OpenEXR/Iex.h>
-#include <OpenEXR/ImfArray.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFloatAttribute.h>
