@@ -85,6 +85,20 @@ class CommandLine(unittest.TestCase):
                 self.assertEqual(self.ok(*words, spelling).stdout, "", words)
         self.assertEqual((self.path / "a.png").read_bytes()[:4], b"\x89PNG")
 
+    def test_log_and_verbosity(self):
+        """Phases are told with -v, before or behind the command; the log keeps what was told."""
+        for words in [["-v", "1", "--log", "log.txt", "render", "scene.pbrt"],
+                      ["render", "scene.pbrt", "-v", "1", "--log", "log.txt"]]:
+            run = self.ok(*words)
+            for phase in ["reading", "building", "rendering", "samples 0 to 0", "samples 1 to 2"]:
+                self.assertIn(phase, run.stderr)
+                self.assertIn(phase, (self.path / "log.txt").read_text())
+            (self.path / "log.txt").unlink()
+        self.assertEqual(self.ok("render", "scene.pbrt").stderr, "")
+        self.fails("render", "scene.pbrt", "--log", "nowhere/log.txt", says="nowhere/log.txt")
+        for option in ["--log", "-v"]:
+            self.assertIn(option, self.ok("--help").stdout)
+
     def test_stats_name_what_was_promised(self):
         self.ok("render", "scene.pbrt", "-o", "a.exr", "--stats", "s.json", "--spp", "3", "--threads", "1")
         stats = json.loads((self.path / "s.json").read_text())

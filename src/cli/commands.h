@@ -5,14 +5,15 @@
 
 namespace cuticle {
 
-// Thrown by a command that has done its work and ends with a status other than 0 (a comparison beyond its threshold).
+// Thrown by a command that has done its work and ends with a status other than 0 (a comparison beyond its
+// threshold).
 struct ExitStatus {
     int status;
 };
 
-// Refuses the name of an output folder that looks like a file's ("lobes.bmp") and is none that exists, before work is
-// spent on it; names a folder all the same if it ends in a slash. files: what may stand there, or what the folder gets, for
-// the message. Throws Error.
+// Refuses the name of an output folder that looks like a file's ("lobes.bmp") and is none that exists, before
+// work is spent on it; names a folder all the same if it ends in a slash. files: what may stand there, or
+// what the folder gets, for the message. Throws Error.
 void CheckFolderName(const std::string &folder, const std::string &files);
 
 void AddRenderCommand(CLI::App &app);

@@ -4,6 +4,7 @@
 #include "cli/commands.h"
 #include "core/error.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
@@ -15,6 +16,7 @@ namespace cuticle {
 
 namespace {
 
+// The options of the command; a limit that is not given is none.
 struct CompareArguments {
     std::string test, reference, errorImage;
     bool json = false;
@@ -23,40 +25,35 @@ struct CompareArguments {
     std::optional<double> maxMSE, maxRelativeMSE, maxMean, maxP99, maxFLIP, maxRejected, maxBias;
 };
 
-struct Row {
+// One measure of the comparison, with the limit that was set for it.
+struct MeasureRow {
     const char *name;   // in the table
     const char *key;    // in JSON
     const char *option; // that limits it
     std::optional<double> value, limit;
-    // NaN is beyond every limit.
+    // True beyond the limit; NaN is beyond every limit.
     bool Fails() const { return limit && !(value && *value <= *limit); }
 };
 
-std::string Number(const std::optional<double> &v) {
-    if (!v)
-        return "-";
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.6g", *v);
-    return text;
-}
+std::string Number(const std::optional<double> &v) { return v ? fmt::format("{:.6g}", *v) : "-"; }
 
-void PrintTable(const std::vector<Row> &rows, const Comparison &c) {
-    std::printf("%-28s %14s %14s\n", "measure", "value", "limit");
-    for (const Row &row : rows)
-        std::printf("%-28s %14s %14s%s\n", row.name, Number(row.value).c_str(), Number(row.limit).c_str(),
-                    row.Fails() ? "  beyond the limit" : "");
-    std::printf("%-28s %14zu %14d%s\n", "pixels that are no numbers", c.badPixels, 0,
-                c.badPixels > 0 ? "  beyond the limit" : "");
+void PrintTable(const std::vector<MeasureRow> &rows, const Comparison &c) {
+    fmt::print("{:<28} {:>14} {:>14}\n", "measure", "value", "limit");
+    for (const MeasureRow &row : rows)
+        fmt::print("{:<28} {:>14} {:>14}{}\n", row.name, Number(row.value), Number(row.limit),
+                   row.Fails() ? "  beyond the limit" : "");
+    fmt::print("{:<28} {:>14} {:>14}{}\n", "pixels that are no numbers", c.badPixels, 0,
+               c.badPixels > 0 ? "  beyond the limit" : "");
     if (c.zTest)
-        std::printf("%-28s %14s   (%zu of %zu tested pixels or blocks rejected at level %.3g each)\n",
-                    "z-test", c.zTest->passed ? "passed" : "failed", c.zTest->rejectedPixels,
-                    c.zTest->values / 3, c.zTest->level);
+        fmt::print("{:<28} {:>14}   ({} of {} tested pixels or blocks rejected at level {:.3g} each)\n",
+                   "z-test", c.zTest->passed ? "passed" : "failed", c.zTest->rejectedPixels,
+                   c.zTest->values / 3, c.zTest->level);
 }
 
-void PrintJSON(const std::vector<Row> &rows, const Comparison &c, bool failed) {
+void PrintJSON(const std::vector<MeasureRow> &rows, const Comparison &c, bool failed) {
     nlohmann::ordered_json json;
     json["width"] = c.width, json["height"] = c.height;
-    for (const Row &row : rows)
+    for (const MeasureRow &row : rows)
         json[row.key] = row.value ? nlohmann::ordered_json(*row.value) : nlohmann::ordered_json();
     json["bad_pixels"] = c.badPixels;
     if (c.zTest) {
@@ -66,7 +63,7 @@ void PrintJSON(const std::vector<Row> &rows, const Comparison &c, bool failed) {
     }
     nlohmann::ordered_json limits = nlohmann::ordered_json::object(),
                            beyond = nlohmann::ordered_json::array();
-    for (const Row &row : rows) {
+    for (const MeasureRow &row : rows) {
         if (row.limit)
             limits[row.key] = *row.limit;
         if (row.Fails())
@@ -91,7 +88,7 @@ void RunCompare(const CompareArguments &a) {
     const std::optional<double> rejected =
         c.zTest ? std::optional(c.zTest->rejectedFraction) : std::optional<double>();
     const std::optional<double> bias = c.zTest ? std::optional(c.zTest->bias) : std::optional<double>();
-    const std::vector<Row> rows = {
+    const std::vector<MeasureRow> rows = {
         {"MSE", "mse", "--max-mse", c.mse, a.maxMSE},
         {"relative MSE", "relative_mse", "--max-relmse", c.relativeMSE, a.maxRelativeMSE},
         {"mean difference", "mean_difference", "--max-mean", c.meanDifference, a.maxMean},
@@ -100,7 +97,7 @@ void RunCompare(const CompareArguments &a) {
         {"fraction rejected", "rejected_fraction", "--max-rejected", rejected, a.maxRejected},
         {"bias, standard deviations", "bias", "--max-bias", bias, a.maxBias}};
     bool failed = c.badPixels > 0;
-    for (const Row &row : rows)
+    for (const MeasureRow &row : rows)
         failed |= row.Fails();
     if (!a.errorImage.empty())
         WriteImage(a.errorImage, ErrorImage(test, reference, c));
@@ -112,12 +109,12 @@ void RunCompare(const CompareArguments &a) {
     // Say which limit it was, apart from the numbers, so that a log shows it
     std::cout.flush();
     std::fflush(stdout);
-    for (const Row &row : rows)
+    for (const MeasureRow &row : rows)
         if (row.Fails())
-            std::cerr << "beyond the limit: " << row.name << " is " << Number(row.value) << ", " << row.option
-                      << " allows " << Number(row.limit) << "\n";
+            fmt::print(stderr, "beyond the limit: {} is {}, {} allows {}\n", row.name, Number(row.value),
+                       row.option, Number(row.limit));
     if (c.badPixels > 0)
-        std::cerr << "beyond the limit: " << c.badPixels << " pixels are no finite numbers\n";
+        fmt::print(stderr, "beyond the limit: {} pixels are no finite numbers\n", c.badPixels);
     if (failed)
         throw ExitStatus{1};
 }

@@ -15,7 +15,8 @@ struct ConvertArguments {
     double exposure = 0;
 };
 
-// Multiplies light by 2^exposure: the colours by that factor, their variances by its square, all else not at all.
+// Multiplies light by 2^exposure: the colours by that factor, their variances by its square, all else not at
+// all.
 void Expose(Image *image, double exposure) {
     const double factor = std::exp2(exposure);
     for (size_t c = 0; c < image->Channels(); ++c) {

@@ -57,7 +57,7 @@ Peer ParsePeer(const std::string &text) {
     Peer peer{text.substr(0, equals), equals == std::string::npos ? "" : text.substr(equals + 1)};
     for (const char *word : {"{scene}", "{out}"})
         if (peer.name.empty() || peer.command.find(word) == std::string::npos)
-            throw Error("--peer \"" + text + "\" must be NAME=COMMAND with {scene} and {out} in the command");
+            throw Error("--peer \"{}\" must be NAME=COMMAND with {{scene}} and {{out}} in the command", text);
     return peer;
 }
 
@@ -89,7 +89,7 @@ void RunCharts(FigureArguments &a) {
         throw ExitStatus{1};
 }
 
-// What the two commands share. Names or --list, one of them.
+// Adds what the two commands share. Names or --list must be given, one of them.
 CLI::App *AddCommand(CLI::App &app, const char *name, const char *what, const char *names,
                      FigureArguments *a) {
     CLI::App *c = app.add_subcommand(name, what);

@@ -1,11 +1,12 @@
 // cuticle goniometer: measures what one simulated fiber scatters.
 #include "cli/commands.h"
+#include "core/clock.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "figures/fiber_plot.h"
 #include "files/file.h"
 
-#include <chrono>
+#include <fmt/format.h>
 #include <iostream>
 #include <map>
 
@@ -30,37 +31,30 @@ struct GoniometerArguments {
     bool quiet = false;
 };
 
-std::string Number(double v) {
-    std::array<char, 32> text;
-    std::snprintf(text.data(), text.size(), "%.6g", v);
-    return text.data();
-}
+std::string Number(double v) { return fmt::format("{:.6g}", v); }
 
-// The parameters, for the CSV's first line: what makes the same numbers again.
-std::string Describe(const GoniometerArguments &a) {
+// Writes the parameters as the command that makes the same numbers again, for the CSV's first line.
+std::string CommandOf(const GoniometerArguments &a) {
     const FiberDescription &f = a.fiber;
-    const auto list = [](const std::vector<double> &values) {
-        std::string text;
-        for (const double v : values)
-            text += " " + Number(v);
-        return text;
-    };
-    std::string text = "cuticle goniometer --eta " + Number(f.eta) + " --axis-ratio " + Number(f.axisRatio) +
-                       " --rotation " + Number(a.rotation) + " --alpha " + Number(a.alpha) + " --roughness " +
-                       Number(f.roughnessU) + " " + Number(f.roughnessV) + " --distribution " +
-                       (f.distribution == MicrofacetDistribution::GGX ? "ggx" : "beckmann") + " --sigma-a" +
-                       list(f.sigmaA);
-    if (f.medullaRatio > 0)
-        text += " --medulla " + Number(f.medullaRatio) + " --medulla-sigma-s " + Number(f.medullaSigmaS) +
-                " --medulla-g " + Number(f.medullaG) +
-                (f.medullaSigmaA.empty() ? "" : " --medulla-sigma-a" + list(f.medullaSigmaA));
-    text += " --theta-i " + Number(a.thetaI) + " --phi-i " + Number(a.phiI) +
-            (a.h ? " --h " + Number(*a.h) : "") + " --samples " + std::to_string(a.measurement.samples) +
-            " --seed " + std::to_string(a.measurement.seed);
-    return text;
+    std::string text = fmt::format("cuticle goniometer --eta {:.6g} --axis-ratio {:.6g} --rotation {:.6g} "
+                                   "--alpha {:.6g} --roughness {:.6g} "
+                                   "{:.6g} --distribution {} --sigma-a {:.6g}",
+                                   f.eta, f.axisRatio, a.rotation, a.alpha, f.roughnessU, f.roughnessV,
+                                   f.distribution == MicrofacetDistribution::GGX ? "ggx" : "beckmann",
+                                   fmt::join(f.sigmaA, " "));
+    if (f.medullaRatio > 0) {
+        text += fmt::format(" --medulla {:.6g} --medulla-sigma-s {:.6g} --medulla-g {:.6g}", f.medullaRatio,
+                            f.medullaSigmaS, f.medullaG);
+        if (!f.medullaSigmaA.empty())
+            text += fmt::format(" --medulla-sigma-a {:.6g}", fmt::join(f.medullaSigmaA, " "));
+    }
+    text += fmt::format(" --theta-i {:.6g} --phi-i {:.6g}", a.thetaI, a.phiI);
+    if (a.h)
+        text += fmt::format(" --h {:.6g}", *a.h);
+    return text + fmt::format(" --samples {} --seed {}", a.measurement.samples, a.measurement.seed);
 }
 
-// One line for each angle of the cut: every class and channel with its standard error.
+// Writes one line for each angle of the cut: every class and channel with its standard error.
 std::string SliceCsv(const FiberHistogram &histogram, const GoniometerArguments &a) {
     const bool incidence = a.view.plane == GoniometerPlane::Incidence;
     std::string text = incidence ? "theta_o_deg" : "phi_o_minus_phi_i_deg";
@@ -82,27 +76,19 @@ std::string SliceCsv(const FiberHistogram &histogram, const GoniometerArguments 
 }
 
 void Report(const FiberHistogram &histogram, double seconds) {
-    std::cout << "share of the light that meets the fiber, with one standard error\n";
+    fmt::print("share of the light that meets the fiber, with one standard error\n");
     for (size_t c = 0; c < histogram.Classes(); ++c) {
-        std::string line = "  " + histogram.ClassName(c);
-        line.resize(11, ' ');
-        for (size_t k = 0; k < histogram.Channels(); ++k) {
-            std::array<char, 48> text;
-            std::snprintf(text.data(), text.size(), "  %.6f ± %.6f", histogram.Albedo(c, k),
-                          histogram.AlbedoError(c, k));
-            line += text.data();
-        }
-        std::cout << line << "\n";
+        fmt::print("  {:<9}", histogram.ClassName(c));
+        for (size_t k = 0; k < histogram.Channels(); ++k)
+            fmt::print("  {:.6f} ± {:.6f}", histogram.Albedo(c, k), histogram.AlbedoError(c, k));
+        fmt::print("\n");
     }
     if (histogram.Lost() > 0)
-        std::cout << "  given up   " << histogram.Lost() << "\n";
-    std::array<char, 80> text;
-    std::snprintf(text.data(), text.size(), "%llu samples in %.2f s\n",
-                  static_cast<unsigned long long>(histogram.Samples()), seconds);
-    std::cout << text.data();
+        fmt::print("  given up   {:.6g}\n", histogram.Lost());
+    fmt::print("{} samples in {:.2f} s\n", histogram.Samples(), seconds);
 }
 
-// A file by its ending, or a folder that gets all three kinds.
+// Names the files to write: one, by its ending, or in a folder all three kinds.
 std::vector<std::string> OutputNames(const GoniometerArguments &a) {
     for (const char *ending : {".csv", ".svg", ".png", ".pdf"})
         if (a.output.ends_with(ending))
@@ -146,22 +132,21 @@ void RunGoniometer(GoniometerArguments a) {
     if (!a.cells.empty())
         a.measurement.cells.rows = a.cells[0], a.measurement.cells.columns = a.cells[1];
     if (a.view.channel >= a.fiber.sigmaA.size())
-        throw Error("--channel must be below the number of channels, which is that of --sigma-a: " +
-                    std::to_string(a.fiber.sigmaA.size()));
+        throw Error("--channel must be below the number of channels, which is that of --sigma-a: {}",
+                    a.fiber.sigmaA.size());
     std::optional<ThreadLimit> limit;
     if (a.threads > 0)
         limit.emplace(static_cast<size_t>(a.threads));
 
     const std::vector<std::string> names = a.output.empty() ? std::vector<std::string>() : OutputNames(a);
-    const auto start = std::chrono::steady_clock::now();
+    const double start = WallSeconds();
     const FiberHistogram histogram = SimulateFiber(a.fiber, a.light, a.measurement);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     if (!a.quiet)
-        Report(histogram, seconds.count());
+        Report(histogram, WallSeconds() - start);
     for (const std::string &name : names) {
         if (name.ends_with(".csv"))
             WriteFileAtomically(name,
-                                "# " + Describe(a) + "\n" +
+                                "# " + CommandOf(a) + "\n" +
                                     (a.view.plane == GoniometerPlane::Hemisphere ? histogram.ToCsv()
                                                                                  : SliceCsv(histogram, a)));
         else

@@ -31,7 +31,7 @@ StrandOutput FormatOf(const std::string &filename) {
         return StrandOutput::Pbrt;
     if (filename.ends_with(".hair"))
         return StrandOutput::Hair;
-    throw Error("the output's name \"" + filename + "\" must end in .pbrt, .pbrt.gz or .hair");
+    throw Error("the output's name \"{}\" must end in .pbrt, .pbrt.gz or .hair", filename);
 }
 
 std::string OptionName(std::string_view parameter) {
@@ -50,7 +50,8 @@ void Report(const GroomArguments &a, const PbrtCurveCounts &counts, uint64_t byt
     std::cout << ", " << bytes << " bytes of text\n";
 }
 
-// What a reader of the file wants to know; the numbers make the same groom again.
+// Says what a reader of the file wants to know; the numbers make the same groom again. params: null for a
+// file's strands.
 std::string HeaderComment(const GroomArguments &a, const GroomParams *params) {
     std::string text = "# Hair as pbrt-v3 curves, written by cuticle groom";
     if (params == nullptr)
@@ -77,7 +78,7 @@ void RunProcedural(const GroomArguments &a) {
     for (const auto &[name, value] : a.colorValues)
         SetGroomColor(&params, name, value);
     if (!a.mesh.empty() && !a.mesh.ends_with(".ply"))
-        throw Error("the mesh's name \"" + a.mesh + "\" must end in .ply");
+        throw Error("the mesh's name \"{}\" must end in .ply", a.mesh);
     const std::unique_ptr<StrandSource> source = MakeStrandSource(params);
     if (!a.mesh.empty())
         WritePly(a.mesh, MakeHeadMesh());
@@ -121,7 +122,7 @@ void RunFrom(GroomArguments a) {
         groom.hasColor = false;
     }
     if (!a.spline.empty() && groom.spline == StrandSpline::Bezier)
-        throw Error(a.input + ": the file's curves are cubic; --spline is for files of points");
+        throw Error("{}: the file's curves are cubic; --spline is for files of points", a.input);
     a.curves.segments.spline = StrandSplineByName(a.spline);
     a.curves.colors = a.colors == "keep";
     if (format == StrandOutput::Hair) {

@@ -15,8 +15,10 @@ void CheckFolderName(const std::string &folder, const std::string &files) {
     std::error_code error;
     if (path.has_filename() && path.extension().string().size() > 1 &&
         !std::filesystem::is_directory(path, error))
-        throw Error("\"" + folder + "\" has the name of a file, and none of this kind is written here: " +
-                    files + " (for a folder of this name add a slash)");
+        throw Error(
+            "\"{}\" has the name of a file, and none of this kind is written here: {} (for a folder of this "
+            "name add a slash)",
+            folder, files);
 }
 
 } // namespace cuticle
@@ -29,6 +31,16 @@ static int Run(int argc, char **argv) {
     app.get_formatter()->column_width(34);
     app.footer("`cuticle COMMAND --help` tells all about a command.\n"
                "Example: cuticle render scenes/quickstart.pbrt -o picture.png");
+    std::string logFile;
+    int verbosity = 0;
+    app.add_option("--log", logFile, "also write warnings, errors and what -v tells to this file, at its end")
+        ->type_name("FILE");
+    app.add_option("-v,--verbosity", verbosity, "tell what is under way: 1, phases (default: 0, nothing)")
+        ->check(CLI::Range(0, 9))
+        ->type_name("N");
+    // Before any command runs
+    app.parse_complete_callback([&] { cuticle::StartLog("cuticle", logFile, verbosity); });
+    app.fallthrough(); // these two may also stand behind the command
     cuticle::AddRenderCommand(app);
     cuticle::AddGroomCommand(app);
     cuticle::AddCompareCommand(app);
@@ -58,7 +70,8 @@ static int Run(int argc, char **argv) {
     return 0;
 }
 
-// What was printed has arrived, or the program fails: a full disk behind a redirection loses no table in silence.
+// Tells whether what was printed has arrived; if not, the program fails: a full disk behind a redirection
+// loses no table in silence.
 static bool OutputIsWhole() {
     std::cout.flush();
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout)

@@ -1,5 +1,8 @@
 // cuticle render: scene in, picture out.
 #include "cli/commands.h"
+#include "cli/terminal_progress.h"
+#include "core/check.h"
+#include "core/clock.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "files/file.h"
@@ -12,10 +15,9 @@
 #include <nlohmann/json.hpp>
 
 #include <atomic>
-#include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
+#include <fmt/format.h>
 #include <iostream>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -32,10 +34,6 @@ extern "C" void OnInterrupt(int) {
         _exit(130);
 }
 
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 double PeakMegabytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
@@ -44,32 +42,33 @@ double PeakMegabytes() {
 
 struct RenderArguments {
     std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes", hairModel;
-    int spp = 0, threads = 0;
+    int spp = 0;
+    size_t threads = 0; // 0: all
     uint64_t seed = 0;
     std::vector<float> crop;
     bool quiet = false, strict = false, variance = false, quick = false;
 };
 
-// An output that cannot be written is found before hours are spent on it. what: "picture".
+// Throws Error where a file of this name cannot be written, before hours are spent on it. what: "picture".
 void CheckWritable(const std::string &filename, const std::string &what, const std::string &scene) {
     const std::filesystem::path path(filename);
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
     std::error_code error;
     if (!std::filesystem::is_directory(folder, error))
-        throw Error("the " + what + "'s folder \"" + folder.string() + "\" does not exist");
+        throw Error("the {}'s folder \"{}\" does not exist", what, folder.string());
     if (access(folder.c_str(), W_OK) != 0)
-        throw Error("the " + what + "'s folder \"" + folder.string() + "\" cannot be written to");
+        throw Error("the {}'s folder \"{}\" cannot be written to", what, folder.string());
     if (std::filesystem::is_directory(path, error))
-        throw Error("the " + what + "'s name \"" + filename + "\" is that of a folder");
+        throw Error("the {}'s name \"{}\" is that of a folder", what, filename);
     if (std::filesystem::equivalent(path, scene, error))
-        throw Error("the " + what + "'s name \"" + filename +
-                    "\" is that of the scene, which it would overwrite");
+        throw Error("the {}'s name \"{}\" is that of the scene, which it would overwrite", what, filename);
 }
 
+// Throws Error where the picture or the statistics ("" for none) cannot be written.
 void CheckOutputs(const std::string &picture, const std::string &stats, const std::string &scene) {
     const std::string ending = std::filesystem::path(picture).extension().string();
     if (ending != ".exr" && ending != ".png")
-        throw Error("the picture's name \"" + picture + "\" must end in .exr or .png (option -o)");
+        throw Error("the picture's name \"{}\" must end in .exr or .png (option -o)", picture);
     CheckWritable(picture, "picture", scene);
     if (stats.empty())
         return;
@@ -78,40 +77,30 @@ void CheckOutputs(const std::string &picture, const std::string &stats, const st
         return std::filesystem::absolute(name).lexically_normal();
     };
     if (whole(stats) == whole(picture))
-        throw Error("the picture and the statistics cannot both be written to \"" + stats + "\"");
+        throw Error("the picture and the statistics cannot both be written to \"{}\"", stats);
 }
 
-void RunRender(const RenderArguments &a) {
-    WarningLog warnings(a.strict);
-    const WarningScope scope(&warnings);
-    // --threads bounds parsing and building as well as rendering
-    std::optional<ThreadLimit> limit;
-    if (a.threads > 0)
-        limit.emplace(static_cast<size_t>(a.threads));
+// The picture's name: the one asked for, else the scene's, with an ending that can be written.
+std::string OutputName(const RenderArguments &a, const SceneDescription &description) {
+    if (!a.output.empty())
+        return a.output;
+    const std::string name = DefaultOutput(description);
+    std::filesystem::path path(name);
+    if (path.extension() == ".png" || path.extension() == ".exr")
+        return name;
+    Warning("output format", fmt::format("the scene's film asks for \"{}\"; .exr is written instead", name));
+    return path.replace_extension(".exr").string();
+}
 
-    auto start = std::chrono::steady_clock::now();
-    SceneDescription description = ParseScene(AllPlugins(), a.scene);
-    const double parseSeconds = SecondsSince(start);
+SceneOptions SceneOptionsOf(const RenderArguments &a) {
+    SceneOptions options;
+    options.materials.compatPbrtV3 = a.compat == "pbrt-v3";
+    options.materials.hairModel = a.hairModel;
+    options.binaryCurves = a.curves == "binary";
+    return options;
+}
 
-    std::string output = a.output.empty() ? DefaultOutput(description) : a.output;
-    if (a.output.empty() && std::filesystem::path(output).extension() != ".png" &&
-        std::filesystem::path(output).extension() != ".exr") {
-        Warning("output format", "the scene's film asks for \"" + output + "\"; .exr is written instead");
-        output = std::filesystem::path(output).replace_extension(".exr").string();
-    }
-    CheckOutputs(output, a.stats, a.scene);
-
-    start = std::chrono::steady_clock::now();
-    SceneOptions sceneOptions;
-    sceneOptions.materials.compatPbrtV3 = a.compat == "pbrt-v3";
-    sceneOptions.materials.hairModel = a.hairModel;
-    if (a.hair == "scalar")
-        SetHairKernels("scalar");
-    sceneOptions.binaryCurves = a.curves == "binary";
-    const Scene scene(&description, sceneOptions);
-    const double buildSeconds = SecondsSince(start);
-    warnings.Flush();
-
+RenderOptions RenderOptionsOf(const RenderArguments &a) {
     RenderOptions options;
     if (a.spp > 0)
         options.spp = a.spp;
@@ -120,53 +109,96 @@ void RunRender(const RenderArguments &a) {
     options.threads = a.threads;
     options.seed = a.seed;
     options.quick = a.quick;
-    options.progress = !a.quiet;
     options.variance = a.variance;
     options.interrupted = &interrupted;
     if (!a.crop.empty())
         options.film.crop = {a.crop[0], a.crop[1], a.crop[2], a.crop[3]};
+    return options;
+}
+
+// Seconds that reading and building the scene took.
+struct Preparation {
+    double parse = 0, build = 0;
+};
+
+nlohmann::ordered_json StatsJson(const RenderArguments &a, const std::string &output,
+                                 const SceneDescription &description, const Scene &scene, const Image &image,
+                                 const Preparation &seconds, const RenderStats &stats) {
+    nlohmann::ordered_json json;
+    json["scene"] = a.scene;
+    json["output"] = output;
+    json["parse_s"] = seconds.parse;
+    json["parse_bytes"] = description.bytesRead;
+    json["build_s"] = seconds.build;
+    json["render_s"] = stats.renderSeconds;
+    json["spp"] = stats.sppReached;
+    json["width"] = image.width;
+    json["height"] = image.height;
+    json["rays"] = stats.rays;
+    json["shadow_rays"] = stats.shadowRays;
+    json["curves"] = scene.Curves();
+    json["scene_mb"] = static_cast<double>(scene.MemoryBytes()) / (1024 * 1024);
+    json["peak_rss_mb"] = PeakMegabytes();
+    json["nan_samples"] = stats.nanSamples;
+    json["threads"] = stats.threads;
+    json["isa"] = scene.Isa();
+    json["seed"] = a.seed;
+    json["version"] = CUTICLE_VERSION;
+    return json;
+}
+
+void RunRender(const RenderArguments &a) {
+    WarningLog warnings(a.strict);
+    const WarningScope scope(&warnings);
+    // --threads bounds parsing and building as well as rendering
+    std::optional<ThreadLimit> limit;
+    if (a.threads > 0)
+        limit.emplace(a.threads);
+
+    VLOG(1) << a.scene << ": reading";
+    Preparation seconds;
+    double start = WallSeconds();
+    SceneDescription description = ParseScene(AllPlugins(), a.scene);
+    seconds.parse = WallSeconds() - start;
+    const std::string output = OutputName(a, description);
+    CheckOutputs(output, a.stats, a.scene);
+
+    VLOG(1) << a.scene << ": building";
+    start = WallSeconds();
+    if (a.hair == "scalar")
+        SetHairKernels("scalar");
+    const Scene scene(&description, SceneOptionsOf(a));
+    seconds.build = WallSeconds() - start;
+    warnings.Flush();
+
+    VLOG(1) << a.scene << ": rendering";
+    RenderOptions options = RenderOptionsOf(a);
     std::signal(SIGINT, OnInterrupt);
     RenderStats stats;
+    std::optional<TerminalProgress> progress;
+    if (!a.quiet)
+        options.progress = &progress.emplace();
     const Image image = Render(description, scene, options, &stats);
+    progress.reset();
     warnings.Flush();
     WriteImage(output, image);
+    VLOG(1) << output << ": written";
 
     if (stats.nanSamples > 0)
         std::cerr << "warning: " << stats.nanSamples << " samples were not finite and were left out\n";
-    if (!a.stats.empty()) {
-        nlohmann::ordered_json json;
-        json["scene"] = a.scene;
-        json["output"] = output;
-        json["parse_s"] = parseSeconds;
-        json["parse_bytes"] = description.bytesRead;
-        json["build_s"] = buildSeconds;
-        json["render_s"] = stats.renderSeconds;
-        json["spp"] = stats.sppReached;
-        json["width"] = image.width;
-        json["height"] = image.height;
-        json["rays"] = stats.rays;
-        json["shadow_rays"] = stats.shadowRays;
-        json["curves"] = scene.Curves();
-        json["scene_mb"] = static_cast<double>(scene.MemoryBytes()) / (1024 * 1024);
-        json["peak_rss_mb"] = PeakMegabytes();
-        json["nan_samples"] = stats.nanSamples;
-        json["threads"] = stats.threads;
-        json["isa"] = scene.Isa();
-        json["seed"] = a.seed;
-        json["version"] = CUTICLE_VERSION;
-        WriteFileAtomically(a.stats, json.dump(2) + "\n");
-    }
-    const bool stopped = stats.sppReached < stats.spp;
-    if (stopped)
-        std::cerr << "stopped after " << stats.sppReached << " of " << stats.spp
-                  << " samples per pixel; wrote " << output << "\n";
-    else if (!a.quiet)
-        std::printf(
-            "%s: %d x %d, %d samples per pixel, %zu curves; read %.1f s, built %.1f s, rendered %.1f s\n",
-            output.c_str(), image.width, image.height, stats.sppReached, scene.Curves(), parseSeconds,
-            buildSeconds, stats.renderSeconds);
-    if (stopped)
+    if (!a.stats.empty())
+        WriteFileAtomically(a.stats,
+                            StatsJson(a, output, description, scene, image, seconds, stats).dump(2) + "\n");
+    if (stats.sppReached < stats.spp) {
+        fmt::print(stderr, "stopped after {} of {} samples per pixel; wrote {}\n", stats.sppReached,
+                   stats.spp, output);
         throw ExitStatus{130};
+    }
+    if (!a.quiet)
+        fmt::print("{}: {} x {}, {} samples per pixel, {} curves; read {:.1f} s, built {:.1f} s, rendered "
+                   "{:.1f} s\n",
+                   output, image.width, image.height, stats.sppReached, scene.Curves(), seconds.parse,
+                   seconds.build, stats.renderSeconds);
 }
 
 } // namespace

@@ -40,6 +40,9 @@ struct Voidify {
 #define CHECK_LE(a, b) CHECK_OP_(a, <=, b)
 #define CHECK_GT(a, b) CHECK_OP_(a, >, b)
 #define CHECK_GE(a, b) CHECK_OP_(a, >=, b)
+#define VLOG(level)                                                                                          \
+    while (false)                                                                                            \
+    std::cerr
 #ifdef NDEBUG
 #define DCHECK(condition) CHECK(true || (condition))
 #define DCHECK_OP_(a, op, b) CHECK(true || ((a)op(b)))

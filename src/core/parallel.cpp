@@ -33,8 +33,8 @@ void ParallelForRange(size_t count, size_t grain, const std::function<void(size_
 
 void Isolated(const std::function<void()> &f) { tbb::this_task_arena::isolate(f); }
 
-void OnOneThread(const std::function<void()> &f) {
-    tbb::task_arena arena(1);
+void OnThreads(size_t threads, const std::function<void()> &f) {
+    tbb::task_arena arena(threads > 0 ? static_cast<int>(threads) : tbb::task_arena::automatic);
     arena.execute(f);
 }
 
@@ -56,7 +56,7 @@ void ParallelForRange(size_t count, size_t, const std::function<void(size_t, siz
         body(0, count);
 }
 void Isolated(const std::function<void()> &f) { f(); }
-void OnOneThread(const std::function<void()> &f) { f(); }
+void OnThreads(size_t, const std::function<void()> &f) { f(); }
 size_t MaxThreads() { return 1; }
 struct ThreadLimit::Impl {};
 ThreadLimit::ThreadLimit(size_t) {}

@@ -15,8 +15,8 @@ struct FilmOptions {
 };
 
 // pbrt-v3's Film "image". Pixels are independent of one another: the reconstruction filter is sampled
-// (render/filter.h) instead of splatted, so no sample touches a second pixel, the sum does not depend on the order of
-// threads, and each pixel's variance is its own.
+// (render/filter.h) instead of splatted, so no sample touches a second pixel, the sum does not depend on the
+// order of threads, and each pixel's variance is its own.
 class Film {
   public:
     Film(const Entity &entity, const FilmOptions &options);
@@ -25,14 +25,17 @@ class Film {
     // The rendered window in pixels: x0 <= x < x1, y0 <= y < y1.
     Point2i WindowMin() const { return min_; }
     Point2i WindowMax() const { return max_; }
+    Point2i WindowSize() const { return {max_.x - min_.x, max_.y - min_.y}; }
+    size_t Pixels() const { return pixels_.size(); } // of the window
     const std::string &Filename() const { return filename_; }
 
-    // Adds one weighted radiance to pixel (x, y). A value that is not finite is left out and false returned: the
-    // caller counts and reports it. Different pixels may be added to from different threads.
+    // Adds one weighted radiance to pixel (x, y). A value that is not finite is left out and false returned:
+    // the caller counts and reports it. Different pixels may be added to from different threads.
     bool Add(int x, int y, const Spectrum &radiance);
 
-    // The picture, scaled by the film's "scale"; with variance channels "variance.R" ... (of the pixel's mean,
-    // estimated from the spread of its samples; low-discrepancy sampling makes the true one smaller) on request.
+    // The picture, scaled by the film's "scale"; with variance channels "variance.R" ... (of the pixel's
+    // mean, estimated from the spread of its samples; low-discrepancy sampling makes the true one smaller) on
+    // request.
     Image Develop(bool variance) const;
     // The smallest number of samples that any pixel of the window holds.
     int MinSamples() const;

@@ -51,7 +51,6 @@ void RenderHead(benchmark::State &state) {
     const Scene scene(&description, sceneOptions);
     RenderOptions options;
     options.spp = Samples();
-    options.progress = false;
     RenderStats stats;
     for (auto _ : state) {
         benchmark::DoNotOptimize(Render(description, scene, options, &stats).data.data());

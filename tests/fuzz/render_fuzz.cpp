@@ -53,7 +53,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         RenderOptions options;
         options.spp = 2;
         options.threads = 1;
-        options.progress = false;
         options.film.crop = Middle(description);
         Render(description, scene, options, &stats);
     });

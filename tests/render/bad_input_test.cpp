@@ -1,5 +1,5 @@
-// Numbers without meaning, from scene text to pixel: each is refused at its place, or used within bounds with a warning
-// that says where; no sample becomes NaN or infinite.
+// Numbers without meaning, from scene text to pixel: each is refused at its place, or used within bounds with
+// a warning that says where; no sample becomes NaN or infinite.
 #include "render/renderer.h"
 #include "warnings.h"
 
@@ -76,7 +76,6 @@ WorldEnd
             SceneDescription description = ParseSceneText(AllPlugins(), text, "test.pbrt", folder_.string());
             const Scene scene(&description, {});
             RenderOptions options;
-            options.progress = false;
             const Image image = Render(description, scene, options, &o.stats);
             for (const float v : image.data)
                 o.finite &= std::isfinite(v);
@@ -91,12 +90,13 @@ WorldEnd
     std::filesystem::path folder_;
 };
 
-struct Row {
+struct BadInputCase {
     const char *options, *world, *says;
 };
 
 } // namespace
 
+// Long because: it is a table of cases.
 TEST_F(BadInput, IsRefusedAtItsPlace) {
     GroomParams many = MakeGroomParams("ball", "");
     many.strands = 14000, many.segments = 1;
@@ -104,7 +104,7 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
     std::string giants;
     for (int i = 0; i < 2000; ++i)
         giants += "Shape \"curve\" \"point P\" [0 0 0 .3 0 0 .6 0 0 1 0 0] \"float width\" 1e16 ";
-    const Row rows[] = {
+    const BadInputCase rows[] = {
         // Numbers
         {"Film \"image\" \"integer xresolution\" 1e999", "", "3:36: error: the number 1e999 is out of range"},
         {"Film \"image\" \"integer xresolution\" 1000000000000000000000000000000", "",
@@ -227,7 +227,7 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
         {"", "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \".\"",
          "5:32: error: the texture's image"},
     };
-    for (const Row &row : rows) {
+    for (const BadInputCase &row : rows) {
         const Outcome o = Run(Text(row.options, row.world));
         EXPECT_TRUE(o.error.find(row.says) != std::string::npos)
             << row.options << row.world << "\n  says: " << o.error << "\n  not: " << row.says;
@@ -235,7 +235,9 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
     }
 }
 
-// What can be drawn all the same is drawn, without a sample that is not a number. Where a warning is due, it names a place.
+// A scene that can be drawn all the same is drawn, without a sample that is not a number. Warnings name
+// a place.
+// Long because: it is a table of cases.
 TEST_F(BadInput, IsDrawnWithinBounds) {
     WritePfm("nan.pfm", 2, {kNaN, 0, 0, Infinity, 1, 1, -Infinity, 1, kNaN, 1, 1, 1});
     WritePfm("huge.pfm", 2, {3e38f, 3e38f, 0, 3e38f, 3e38f, 3e38f, 1, 1, 1, 1, 1, 1});

@@ -11,8 +11,8 @@
 namespace cuticle {
 namespace {
 
-// The front of a cube of hairs under a white dome, without its edges: the mean colour. A matte sphere beside it would show
-// its own. size 1: the figure's 100 x 100 hairs.
+// The front of a cube of hairs under a white dome, without its edges: the mean colour. A matte sphere beside
+// it would show its own. size 1: the figure's 100 x 100 hairs.
 Spectrum CubeFront(const Spectrum &sigmaA, float betaN, int size = 1) {
     const double window = 0.8 * size;
     std::ostringstream text;
@@ -28,7 +28,6 @@ Shape "groom" "string kind" "hair-cube" "integer strands" )"
     SceneDescription description = ParseSceneText(AllPlugins(), text.str(), "cube.pbrt");
     const Scene scene(&description, {});
     RenderOptions options;
-    options.progress = false;
     RenderStats stats;
     const Image image = Render(description, scene, options, &stats);
     Spectrum sum(0);
@@ -41,8 +40,9 @@ double Difference(const Spectrum &a, const Spectrum &b) {
     return CIEDE2000(XYZToLab(RGBToXYZ(a)), XYZToLab(RGBToXYZ(b)));
 }
 
-// No bound on a colour difference follows from physics. But the absorption that the formula finds must be a better one than
-// half and than twice of it: a formula without its square, of the diameter, or of another roughness is not.
+// No bound on a colour difference follows from physics. But the absorption that the formula finds must be a
+// better one than half and than twice of it: a formula without its square, of the diameter, or of another
+// roughness is not.
 TEST(HairCube, LooksLikeTheColourThatWasAsked) {
     const struct {
         Spectrum color;
@@ -67,8 +67,8 @@ TEST(HairCube, LooksLikeTheColourThatWasAsked) {
     }
 }
 
-// Why the figure's cubes miss their colours: light that enters by the other sides of so small a cube reaches the front where
-// hardly anything is absorbed, and less of it does in a larger one; and R is white.
+// Why the figure's cubes miss their colours: light that enters by the other sides of so small a cube reaches
+// the front where hardly anything is absorbed, and less of it does in a larger one; and R is white.
 TEST(HairCube, TheInsideOfALargerMassIsNearer) {
     const Spectrum color(0.8f, 0.4f, 0.05f), sigmaA = HairBSDF::SigmaAFromReflectance(color, 0.3f);
     const Spectrum small = CubeFront(sigmaA, 0.3f), large = CubeFront(sigmaA, 0.3f, 4),
@@ -80,8 +80,8 @@ TEST(HairCube, TheInsideOfALargerMassIsNearer) {
     EXPECT_GT(black[0], (small[2] - color[2]) / 2) << "most of what blue has too much";
 }
 
-// The absorption that is printed under the figure's upper cube is the formula's for beta_n = 0.8, and shows the colour in
-// such hair, not in that of the caption's 0.3.
+// The absorption that is printed under the figure's upper cube is the formula's for beta_n = 0.8, and shows
+// the colour in such hair, not in that of the caption's 0.3.
 TEST(HairCube, TheAbsorptionInTheCaptionIsOfRougherHair) {
     const Spectrum color(0.8f, 0.4f, 0.05f), printed(0.003f, 0.046f, 0.488f);
     const double smooth = Difference(CubeFront(printed, 0.3f), color),

@@ -13,8 +13,10 @@ namespace {
 
 const char kShapes[] = R"(
   Material "matte" Shape "sphere" "float radius" 0.5
-  Material "plastic" Shape "trianglemesh" "point P" [-1 -1 .2 1 -1 .2 1 1 .4 -1 1 .3] "integer indices" [0 1 2 2 3 0] "normal N" [0 0 1 .1 0 1 0 .1 1 0 0 1]
-  Material "hair" Shape "curve" "string type" "flat" "point P" [-1 0 1 -.3 .5 1.2 .3 -.5 .8 1 0 1] "float width0" 0.2 "float width1" 0.1
+  Material "plastic" Shape "trianglemesh" "point P" [-1 -1 .2 1 -1 .2 1 1 .4 -1 1 .3]
+   "integer indices" [0 1 2 2 3 0] "normal N" [0 0 1 .1 0 1 0 .1 1 0 0 1]
+  Material "hair" Shape "curve" "string type" "flat" "point P" [-1 0 1 -.3 .5 1.2 .3 -.5 .8 1 0 1]
+   "float width0" 0.2 "float width1" 0.1
   Shape "curve" "string type" "cylinder" "point P" [0 -1 -1 .5 -.3 -1.2 -.5 .3 -.8 0 1 -1] "float width" 0.15
 )";
 
@@ -30,7 +32,8 @@ Made Make(const std::string &world, const SceneOptions &options = {}) {
 
 } // namespace
 
-// A similarity, mirrors among them, leaves everything alike: hits, normals, tangents and the place across a fiber.
+// A similarity, mirrors among them, leaves everything alike: hits, normals, tangents and the place across a
+// fiber.
 TEST(Instances, AreWhatCopiesAre) {
     const char *placements[] = {
         "Translate 3 -2 5",
@@ -129,7 +132,8 @@ TEST(Instances, ThousandsOfObjectsStandBesideOneAnother) {
     }
 }
 
-// White hair vanishes in a white dome from within instances of any size: no light is lost where a ray leaves its hair.
+// White hair vanishes in a white dome from within instances of any size: no light is lost where a ray leaves
+// its hair.
 TEST(Instances, WhiteHairVanishesAtEveryScale) {
     for (const double scale : {1e-3, 1., 1e3}) {
         const std::string s = std::to_string(scale);
@@ -148,7 +152,6 @@ TEST(Instances, WhiteHairVanishesAtEveryScale) {
             "test.pbrt");
         const Scene scene(&description, {});
         RenderOptions options;
-        options.progress = false;
         RenderStats stats;
         const Image image = Render(description, scene, options, &stats);
         double mean = 0;
@@ -161,8 +164,8 @@ TEST(Instances, WhiteHairVanishesAtEveryScale) {
     }
 }
 
-// Meshes and quadrics are stretched, which bounds of rounding errors must follow: no ray that leaves a convex solid
-// meets it again.
+// Meshes and quadrics are stretched, which bounds of rounding errors must follow: no ray that leaves a convex
+// solid meets it again.
 TEST(Instances, SpawnedRaysLeaveTheirSolid) {
     for (const std::string placement :
          {"Translate 3 -2 5", "Rotate 200 0 1 1 Scale 1000 1000 1000 Translate 1 0 0",

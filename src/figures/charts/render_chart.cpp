@@ -50,7 +50,6 @@ class ReadyScene {
             description_.sampler.type = way.sampler;
         if (!way.integrator.empty())
             options_.integrator = way.integrator;
-        options_.progress = false;
         options_.quick = quarter;
         seconds_ = SecondsSince(from_);
     }

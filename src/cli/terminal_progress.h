@@ -1,0 +1,22 @@
+// A line on the terminal that shows how far a render is.
+#pragma once
+
+#include "core/clock.h"
+#include "render/progress.h"
+
+namespace cuticle {
+
+// Rewrites one line of standard error at most five times a second, and erases it at the end. Says nothing
+// where standard error is no terminal.
+class TerminalProgress : public ProgressSink {
+  public:
+    TerminalProgress();
+    ~TerminalProgress() override;
+    void Report(uint64_t done, uint64_t total) override;
+
+  private:
+    bool isTerminal_;
+    double start_ = WallSeconds(), lastShown_ = 0; // lastShown_: in seconds after the start
+};
+
+} // namespace cuticle

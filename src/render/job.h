@@ -1,0 +1,64 @@
+// A render as a job: a scene and the samples to take of it in, a film with counts out. The command line, the
+// figures and the tests all render by it.
+#pragma once
+
+#include "render/film.h"
+#include "render/integrator.h"
+#include "render/progress.h"
+#include "scene/camera.h"
+#include "scene/scene.h"
+
+#include <atomic>
+#include <optional>
+#include <string>
+
+namespace cuticle {
+
+// The samples first, ..., last - 1 of every pixel.
+struct SampleRange {
+    int first = 0, last = 0;
+    int Count() const { return last - first; }
+};
+
+// The wishes of a job's caller; every default is what the scene says.
+struct JobOptions {
+    // The samples per pixel of the whole render, of which this job may be a part: they make one stratified
+    // set, so that sample s is the same point in every part. Default: the scene's Sampler says.
+    std::optional<int> spp;
+    std::optional<SampleRange> samples; // this job's part, 0 <= first < last <= spp; default: all of them
+    uint64_t seed = 0;                  // another seed, another noise
+    FilmOptions film;                   // the crop window
+    bool quick = false; // pbrt's --quick: a quarter of the samples and of the resolution in each direction
+    std::optional<std::string> integrator; // overrides the scene's
+    // An integrator of the caller's own, which keeps it; it precedes every name.
+    const Integrator *ownIntegrator = nullptr;
+    size_t threads = 0;               // 0: all cores. The film does not depend on it.
+    ProgressSink *progress = nullptr; // is told after each tile
+    WarningSink *warnings = nullptr;  // takes the job's warnings; null: the calling thread's sink does
+    // Becomes true to stop the job: tiles under way are finished, no more are begun.
+    const std::atomic<bool> *interrupted = nullptr;
+};
+
+// A job that is done.
+struct JobResult {
+    Film film;
+    Camera camera;           // that took the picture
+    int spp = 0;             // of the whole render
+    SampleRange samples;     // that were to be taken
+    bool complete = false;   // false after an interrupt that left samples out
+    RayCounts rays;          // traced
+    uint64_t nanSamples = 0; // samples that were not finite: reported and left out of the film
+    size_t threads = 1;      // that the job could use
+    double seconds = 0;      // on the wall
+
+    // The samples of this job that every pixel has got; after an interrupt, those left out as not finite do
+    // not count.
+    int SamplesReached() const { return complete ? samples.Count() : film.MinSamples(); }
+};
+
+// Renders the job's samples of a scene. The film is the same bit for bit for any number of threads. Throws
+// Error where the scene's film, sampler, filter, camera or integrator is wrong, or the range is no part of
+// the render. A CHECK that fails meanwhile names scene, pixel and sample.
+JobResult RunJob(const SceneDescription &description, const Scene &scene, const JobOptions &options);
+
+} // namespace cuticle
