@@ -1,14 +1,40 @@
 #include "render/film.h"
 
+#include "render/plugins.h"
+
 #include <cmath>
 
 namespace cuticle {
 
+namespace {
+
+constexpr ParamInfo kImageParams[] = {
+    {"filename", "string", "", "the scene's name with .exr", "the picture's file, .exr or .png"},
+    {"xresolution", "integer", "pixels", "1280", "width of the whole picture", 1},
+    {"yresolution", "integer", "pixels", "720", "height of the whole picture", 1},
+    {"cropwindow", "float", "", "0 1 0 1", "the part that is rendered: x0 x1 y0 y1, fractions of the picture",
+     0, 1},
+    {"scale", "float", "", "1", "a factor on the picture, above 0", 0, 1e12},
+    {"maxsampleluminance", "float", "", "infinity", "brighter samples are darkened to it; above 0", 0},
+    {"diagonal", "float", "mm", "35", "of the film, for Camera \"realistic\""},
+};
+
+// To add a film: a row here, its class, and a table of makers in place of Film's constructor.
+const PluginInfo kFilms[] = {{"image", kImageParams, "a picture of R, G and B"}};
+
+} // namespace
+
+const PluginTable &FilmPlugins() {
+    static const PluginTable table{
+        PluginKind::Film, {std::begin(kFilms), std::end(kFilms)}, {"rgb", "gbuffer", "spectral"}};
+    return table;
+}
+
 Film::Film(const Entity &entity, const FilmOptions &options) {
     const ParamSet &p = entity.params;
-    static constexpr std::string_view kNames[] = {"image"};
     if (entity.type != "image")
-        throw Error(p.loc, "unknown film \"" + entity.type + "\". " + Suggestion(entity.type, kNames, 1));
+        throw Error(p.loc, "unknown film \"{}\"", entity.type)
+            .WithRemedy(Suggestion(entity.type, &kFilms[0].name, 1));
     filename_ = p.FindString("filename", "");
     resolution_ = {p.FindInt("xresolution", 1280), p.FindInt("yresolution", 720)};
     if (options.quick)

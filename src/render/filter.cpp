@@ -1,12 +1,46 @@
 #include "render/filter.h"
 
 #include "core/error.h"
+#include "render/plugins.h"
 
 namespace cuticle {
 
 namespace {
 
-constexpr std::string_view kNames[] = {"box", "triangle", "gaussian", "mitchell", "sinc"};
+constexpr ParamInfo Width(std::string_view name, std::string_view value) {
+    return {name, "float", "pixels", value, "half of the footprint", 0, 1000};
+}
+constexpr ParamInfo kBoxParams[] = {Width("xwidth", "0.5"), Width("ywidth", "0.5")};
+constexpr ParamInfo kTriangleParams[] = {Width("xwidth", "2"), Width("ywidth", "2")};
+constexpr ParamInfo kGaussianParams[] = {
+    Width("xwidth", "2"),
+    Width("ywidth", "2"),
+    {"alpha", "float", "1/pixels^2", "2", "exp(-alpha x^2), less its value at the border"}};
+constexpr ParamInfo kMitchellParams[] = {Width("xwidth", "2"),
+                                         Width("ywidth", "2"),
+                                         {"B", "float", "", "1/3", "blur (Mitchell and Netravali 1988)"},
+                                         {"C", "float", "", "1/3", "ringing"}};
+constexpr ParamInfo kSincParams[] = {
+    Width("xwidth", "4"),
+    Width("ywidth", "4"),
+    {"tau", "float", "pixels", "3", "the window's width (Lanczos), above 0", 0}};
+
+// To add a filter: a row here, its FilterKind, its shape in Filter::Evaluate1D, its parameters in MakeFilter.
+const PluginRow<FilterKind> kFilters[] = {
+    {{"box", kBoxParams, "1 everywhere"}, FilterKind::Box},
+    {{"gaussian", kGaussianParams, "a bell"}, FilterKind::Gaussian},
+    {{"mitchell", kMitchellParams, "a cubic with negative lobes"}, FilterKind::Mitchell},
+    {{"sinc", kSincParams, "a windowed sinc, with negative lobes"}, FilterKind::Sinc},
+    {{"triangle", kTriangleParams, "a tent"}, FilterKind::Triangle},
+};
+
+std::string_view NameOf(FilterKind kind) {
+    for (const PluginRow<FilterKind> &row : kFilters)
+        if (row.make == kind)
+            return row.info.name;
+    return "";
+}
+
 // Steps of the tables: linear interpolation is then off by less than 2e-6 of the peak for every filter.
 constexpr size_t kSteps = 4096;
 constexpr double kWidest = 1000;   // pixels; rays from farther off the picture have no meaning
@@ -49,19 +83,18 @@ double Filter::Evaluate1D(double x, double radius) const {
 }
 
 Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), parameters_(parameters) {
-    const std::string name(kNames[static_cast<size_t>(kind)]);
+    const std::string_view name = NameOf(kind);
     for (const float v : {parameters.alpha, parameters.b, parameters.c, parameters.tau})
         if (!std::isfinite(v))
-            throw Error("filter " + name + ": a parameter is not finite");
+            throw Error("filter {}: a parameter is not finite", name);
     if (kind == FilterKind::Sinc && !(parameters.tau > 0))
         throw Error("filter sinc: tau must be above 0");
     for (int i = 0; i < 2; ++i) {
         Axis &axis = axis_[i];
         axis.radius = static_cast<double>(parameters.radius[i]);
         if (!(axis.radius > 0 && axis.radius <= kWidest))
-            throw Error("filter " + name + ": its width must be above 0 and at most 1000 pixels");
-        // Tabulate |g| and integrate g and |g| by the trapezoid rule, which is what the table's straight
-        // lines hold.
+            throw Error("filter {}: its width must be above 0 and at most 1000 pixels", name);
+        // Tabulate |g|, and integrate g and |g| by the trapezoid rule, exact for the table's straight lines
         std::vector<double> g(kSteps + 1), running(kSteps + 1);
         const double step = 2 * axis.radius / kSteps;
         for (size_t k = 0; k <= kSteps; ++k)
@@ -73,7 +106,7 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
         }
         axis.absIntegral = running[kSteps];
         if (!(axis.integral > 0 && axis.absIntegral < HUGE_VAL))
-            throw Error("filter " + name + ": its integral is not above 0");
+            throw Error("filter {}: its integral is not above 0", name);
         axis.density.resize(kSteps + 1);
         axis.cdf.resize(kSteps + 1);
         for (size_t k = 0; k <= kSteps; ++k) {
@@ -96,7 +129,7 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
                 Evaluate1D(-axis.radius + 2 * axis.radius / kSteps * static_cast<double>(k), axis.radius) < 0;
     weight_ = negative ? static_cast<float>(absIntegral_ / integral_) : 1;
     if (!(weight_ <= kMaxWeight))
-        throw Error("filter " + name + ": its negative lobes all but cancel its positive ones");
+        throw Error("filter {}: its negative lobes all but cancel its positive ones", name);
 }
 
 float Filter::Evaluate(Point2f p) const {
@@ -107,7 +140,7 @@ float Filter::Evaluate(Point2f p) const {
 float Filter::Sample1D(const Axis &axis, float u, float *sign) const {
     const auto radius = static_cast<float>(axis.radius);
     *sign = 1;
-    // In closed form where there is one.
+    // Two filters have a closed form
     if (kind_ == FilterKind::Box)
         return (2 * u - 1) * radius;
     if (kind_ == FilterKind::Triangle)
@@ -135,14 +168,21 @@ FilterSample Filter::Sample(Point2f u) const {
     return sample;
 }
 
+const PluginTable &FilterPlugins() {
+    static const PluginTable table{PluginKind::Filter, PluginInfos(kFilters)};
+    return table;
+}
+
 Filter MakeFilter(const Entity &entity) {
     const ParamSet &params = entity.params;
     const PlaceScope here(params.loc);
-    const auto *name = std::find(std::begin(kNames), std::end(kNames), entity.type);
-    if (name == std::end(kNames))
-        throw Error(params.loc, "unknown filter \"" + entity.type + "\". " +
-                                    Suggestion(entity.type, kNames, std::size(kNames)));
-    const auto kind = static_cast<FilterKind>(name - std::begin(kNames));
+    const PluginRow<FilterKind> *row = FindPluginRow(kFilters, entity.type);
+    if (!row) {
+        const std::vector<std::string_view> names = FilterPlugins().Names();
+        throw Error(params.loc, "unknown filter \"{}\"", entity.type)
+            .WithRemedy(Suggestion(entity.type, names.data(), names.size()));
+    }
+    const FilterKind kind = row->make;
     const float width = kind == FilterKind::Box ? 0.5f : kind == FilterKind::Sinc ? 4.f : 2.f;
     Filter::Parameters p;
     p.radius = {params.FindFloat("xwidth", width), params.FindFloat("ywidth", width)};

@@ -9,9 +9,9 @@ namespace cuticle {
 
 enum class FilterKind : uint8_t { Box, Triangle, Gaussian, Mitchell, Sinc };
 
-// Where in the filter's footprint to sample, relative to the pixel's centre (in pixels), and the sample's
-// weight: exactly 1 for filters that are nowhere negative, else the sign of the filter there times the ratio
-// of the integrals of |f| and f.
+// A place in the filter's footprint, relative to the pixel's centre (in pixels), and the weight of a sample
+// taken there: exactly 1 for filters that are nowhere negative, else the sign of the filter there times the
+// ratio of the integrals of |f| and f.
 struct FilterSample {
     Point2f offset;
     float weight = 1;

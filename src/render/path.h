@@ -5,15 +5,19 @@
 
 namespace cuticle {
 
-// Unidirectional path tracing with light sampling, multiple importance sampling and Russian roulette (pbrt-v3's
-// "path"). The ray that continues the path is also the one that looks for lights by BSDF sampling: one ray does
-// both, where pbrt-v3 traces two; separateLightRay takes pbrt-v3's way, with the same expected picture, for comparison.
+// Unidirectional path tracing with light sampling, multiple importance sampling and Russian roulette
+// (pbrt-v3's "path"). The ray that continues the path is also the one that looks for lights by BSDF sampling:
+// one ray does both, where pbrt-v3 traces two; separateLightRay takes pbrt-v3's way, with the same expected
+// picture, for comparison.
 class PathIntegrator : public Integrator {
   public:
+    // At each hit, one light is chosen at random, or all of them are sampled, each as often as it says.
+    enum class LightStrategy { One, All };
     struct Settings {
         int maxDepth = 5;        // scattering events after the camera ray; 0: only lights seen directly
         float rrThreshold = 1;   // paths whose throughput falls below it may end by roulette
         bool directOnly = false; // "directlighting": follow only mirrors and glass past the first surface
+        LightStrategy lights = LightStrategy::One; // which lights are sampled at each hit
         bool separateLightRay = false; // look for lights by BSDF sampling with a ray that ends there
     };
     explicit PathIntegrator(const Settings &settings) : settings_(settings) {}
@@ -21,12 +25,15 @@ class PathIntegrator : public Integrator {
                 RayCounts &counts) const override;
 
   private:
-    Spectrum SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
-                         PixelSampler &sampler, RayCounts &counts) const;
-    static Spectrum SampleBSDFForLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
-                                       PixelSampler &sampler, RayCounts &counts);
-    static Spectrum LightFound(const Scene &scene, const Ray &ray, const SurfaceInteraction *surface,
-                               const Point3f &from, const float *bsdfPdf);
+    Spectrum SampleLights(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
+                          PixelSampler &sampler, RayCounts &counts) const;
+    static Spectrum SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
+                                const Light &lamp, float samples, const Point2f &u, RayCounts &counts);
+    Spectrum SampleBSDFForLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
+                                PixelSampler &sampler, RayCounts &counts) const;
+    Spectrum LightFound(const Scene &scene, const Ray &ray, const SurfaceInteraction *surface,
+                        const Point3f &from, const float *bsdfPdf) const;
+    float SamplesOf(const Scene &scene, int light) const;
     Settings settings_;
 };
 

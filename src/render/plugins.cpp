@@ -6,59 +6,24 @@
 
 namespace cuticle {
 
-// To add a sampler: a row here, and its making in render/sampler.cpp.
-const PluginTable &SamplerPlugins() {
-    static const PluginTable table{PluginKind::Sampler,
-                                   {{.name = "halton"},
-                                    {.name = "sobol"},
-                                    {.name = "random"},
-                                    {.name = "stratified"},
-                                    {.name = "02sequence"},
-                                    {.name = "lowdiscrepancy"},
-                                    {.name = "maxmindist"}},
-                                   {"independent", "zsobol", "paddedsobol", "pmj02bn"},
-                                   {"adaptive", "bestcandidate"},
-                                   "each but random is one Owen-scrambled Sobol' sampler"};
-    return table;
-}
+namespace {
 
-const PluginTable &FilmPlugins() {
-    static const PluginTable table{PluginKind::Film, {{.name = "image"}}, {"rgb", "gbuffer", "spectral"}};
-    return table;
-}
+constexpr std::string_view kOurOwn = "read; our own accelerators are used";
+constexpr std::string_view kNoEffect = "read; without effect";
+constexpr ParamInfo kBvhParams[] = {{"maxnodeprims", "integer", "", "4", kNoEffect},
+                                    {"splitmethod", "string", "", "sah", kNoEffect}};
+constexpr ParamInfo kKdTreeParams[] = {{"intersectcost", "integer", "", "80", kNoEffect},
+                                       {"traversalcost", "integer", "", "1", kNoEffect},
+                                       {"emptybonus", "float", "", "0.5", kNoEffect},
+                                       {"maxprims", "integer", "", "1", kNoEffect},
+                                       {"maxdepth", "integer", "", "-1", kNoEffect}};
 
-// To add a filter: a row here, and its shape in render/filter.cpp.
-const PluginTable &FilterPlugins() {
-    static const PluginTable table{PluginKind::Filter,
-                                   {{.name = "box"},
-                                    {.name = "gaussian"},
-                                    {.name = "mitchell"},
-                                    {.name = "sinc"},
-                                    {.name = "triangle"}}};
-    return table;
-}
+} // namespace
 
-// To add an integrator: a row here, and its making in render/integrator.cpp.
-const PluginTable &IntegratorPlugins() {
-    static const PluginTable table{PluginKind::Integrator,
-                                   {{.name = "path"},
-                                    {.name = "directlighting"},
-                                    {.name = "whitted"},
-                                    {.name = "volpath", .standIn = "path"},
-                                    {.name = "bdpt", .standIn = "path"},
-                                    {.name = "mlt", .standIn = "path"},
-                                    {.name = "sppm", .standIn = "path"},
-                                    {.name = "ambientocclusion", .standIn = "path"},
-                                    {.name = "ao", .standIn = "path"}},
-                                   {"simplepath", "simplevolpath", "lightpath", "randomwalk", "function"},
-                                   {"photonmap", "exphotonmap", "igi", "irradiancecache", "diffuseprt",
-                                    "glossyprt", "useprobes", "dipolesubsurface"}};
-    return table;
-}
-
+// To add an accelerator that a scene may choose: a row here, and its choice where the scene is built.
 const PluginTable &AcceleratorPlugins() {
     static const PluginTable table{PluginKind::Accelerator,
-                                   {{.name = "bvh"}, {.name = "kdtree"}},
+                                   {{"bvh", kBvhParams, kOurOwn}, {"kdtree", kKdTreeParams, kOurOwn}},
                                    {},
                                    {"grid", "none"},
                                    "read; both mean our own"};

@@ -1,6 +1,7 @@
 #include "render/sampler.h"
 
 #include "core/error.h"
+#include "render/plugins.h"
 
 #include <bit>
 
@@ -37,7 +38,7 @@ uint32_t PascalMatrix(uint32_t v) {
     return v ^ (v >> 16);
 }
 
-// The 24 leading bits, so that rounding never reaches 1.
+// Keeps the 24 leading bits, so that rounding never reaches 1.
 float ToFloat(uint32_t v) { return static_cast<float>(v >> 8) * 0x1p-24f; }
 
 constexpr uint64_t kGolden = 0x9e3779b97f4a7c15ull;
@@ -113,52 +114,80 @@ std::array<float, 4> PixelSampler::Get4D() {
     return {a.x, a.y, b.x, b.y};
 }
 
+namespace {
+
+using Maker = SamplerSetup (*)(const ParamSet &params);
+
+SamplerSetup MakeLowDiscrepancy(const ParamSet &params) {
+    return {SamplerKind::LowDiscrepancy, params.FindInt("pixelsamples", 16)};
+}
+SamplerSetup MakeHalton(const ParamSet &params) {
+    params.FindBool("samplepixelcenter", false);
+    return MakeLowDiscrepancy(params);
+}
+SamplerSetup MakeRandom(const ParamSet &params) {
+    return {SamplerKind::Independent, params.FindInt("pixelsamples", 4)};
+}
+SamplerSetup MakeStratified(const ParamSet &params) {
+    const int nx = params.FindInt("xsamples", 4), ny = params.FindInt("ysamples", 4);
+    params.FindBool("jitter", true);
+    if (nx < 1 || ny < 1 || int64_t{nx} * ny > std::numeric_limits<int>::max())
+        throw Error(params.loc,
+                    "sampler: xsamples and ysamples must be 1 or more (and their product an int)");
+    return {SamplerKind::LowDiscrepancy, nx * ny};
+}
+
+constexpr ParamInfo kPixelSamples{"pixelsamples", "integer", "", "16", "samples per pixel", 1, kMaxSamples};
+// Parameters that shape the point set of one of pbrt's samplers have no counterpart here; they are read, so
+// that they do not count as unused.
+constexpr ParamInfo kDimensions{"dimensions", "integer", "", "4", "read; without effect"};
+constexpr ParamInfo kLowDiscrepancyParams[] = {kPixelSamples, kDimensions};
+constexpr ParamInfo kHaltonParams[] = {
+    kPixelSamples, kDimensions, {"samplepixelcenter", "bool", "", "false", "read; without effect"}};
+constexpr ParamInfo kRandomParams[] = {
+    {"pixelsamples", "integer", "", "4", "samples per pixel", 1, kMaxSamples}, kDimensions};
+constexpr ParamInfo kStratifiedParams[] = {
+    {"xsamples", "integer", "", "4", "xsamples times ysamples are the samples per pixel", 1, kMaxSamples},
+    {"ysamples", "integer", "", "4", "see xsamples", 1, kMaxSamples},
+    {"jitter", "bool", "", "true", "read; without effect"},
+    kDimensions};
+constexpr std::string_view kSobol = "an Owen-scrambled Sobol' sequence";
+
+// To add a sampler: a row here, its Make function above; a new kind of numbers is added to PixelSampler.
+const PluginRow<Maker> kSamplers[] = {
+    {{"halton", kHaltonParams, kSobol}, MakeHalton},
+    {{"sobol", kLowDiscrepancyParams, kSobol}, MakeLowDiscrepancy},
+    {{"random", kRandomParams, "independent random numbers"}, MakeRandom},
+    {{"stratified", kStratifiedParams, kSobol}, MakeStratified},
+    {{"02sequence", kLowDiscrepancyParams, kSobol}, MakeLowDiscrepancy},
+    {{"lowdiscrepancy", kLowDiscrepancyParams, kSobol}, MakeLowDiscrepancy},
+    {{"maxmindist", kLowDiscrepancyParams, kSobol}, MakeLowDiscrepancy},
+};
+
+} // namespace
+
+const PluginTable &SamplerPlugins() {
+    static const PluginTable table{PluginKind::Sampler,
+                                   PluginInfos(kSamplers),
+                                   {"independent", "zsobol", "paddedsobol", "pmj02bn"},
+                                   {"adaptive", "bestcandidate"},
+                                   "each but random is one Owen-scrambled Sobol' sampler"};
+    return table;
+}
+
 SamplerSetup MakeSampler(const Entity &entity) {
-    // pbrt-v3's names, what each means here, and its default number of samples.
-    struct Name {
-        std::string_view name;
-        SamplerKind kind;
-        int spp;
-    };
-    constexpr Name kNames[] = {{"halton", SamplerKind::LowDiscrepancy, 16},
-                               {"sobol", SamplerKind::LowDiscrepancy, 16},
-                               {"02sequence", SamplerKind::LowDiscrepancy, 16},
-                               {"lowdiscrepancy", SamplerKind::LowDiscrepancy, 16},
-                               {"zerotwosequence", SamplerKind::LowDiscrepancy, 16},
-                               {"maxmindist", SamplerKind::LowDiscrepancy, 16},
-                               {"stratified", SamplerKind::LowDiscrepancy, 16},
-                               {"random", SamplerKind::Independent, 4}};
     const ParamSet &params = entity.params;
-    const Name *found = nullptr;
-    for (const Name &n : kNames)
-        if (n.name == entity.type)
-            found = &n;
-    if (!found) {
-        std::array<std::string_view, std::size(kNames)> names;
-        for (size_t i = 0; i < names.size(); ++i)
-            names[i] = kNames[i].name;
-        throw Error(params.loc, "unknown sampler \"" + entity.type + "\". " +
-                                    Suggestion(entity.type, names.data(), names.size()));
+    const PluginRow<Maker> *row = FindPluginRow(kSamplers, entity.type);
+    if (!row) {
+        const std::vector<std::string_view> names = SamplerPlugins().Names();
+        throw Error(params.loc, "unknown sampler \"{}\"", entity.type)
+            .WithRemedy(Suggestion(entity.type, names.data(), names.size()));
     }
-    SamplerSetup setup{found->kind, found->spp};
-    // What shapes the point set of one of pbrt's samplers has no counterpart here; read, so that it does not
-    // count as unused.
-    if (entity.type == "stratified") {
-        const int nx = params.FindInt("xsamples", 4), ny = params.FindInt("ysamples", 4);
-        params.FindBool("jitter", true);
-        if (nx < 1 || ny < 1 || static_cast<int64_t>(nx) * ny > std::numeric_limits<int>::max())
-            throw Error(params.loc,
-                        "sampler: xsamples and ysamples must be 1 or more (and their product an int)");
-        setup.spp = nx * ny;
-    } else {
-        setup.spp = params.FindInt("pixelsamples", found->spp);
-        if (entity.type == "halton")
-            params.FindBool("samplepixelcenter", false);
-    }
+    const SamplerSetup setup = row->make(params);
     params.FindInt("dimensions", 4);
     if (setup.spp < 1 || setup.spp > kMaxSamples)
-        throw Error(params.loc, "sampler: the samples per pixel must be 1 to " + std::to_string(kMaxSamples) +
-                                    ", not " + std::to_string(setup.spp));
+        throw Error(params.loc, "sampler: the samples per pixel must be 1 to {}, not {}", kMaxSamples,
+                    setup.spp);
     return setup;
 }
 

@@ -44,16 +44,15 @@ class PixelSampler {
     SamplerKind kind_;
 };
 
-// The most samples per pixel: indices keep eight bits to spare, and no picture needs more.
+// The largest number of samples per pixel: indices keep eight bits to spare, and no picture needs more.
 constexpr int kMaxSamples = 1 << 24;
 
 struct SamplerSetup {
     SamplerKind kind = SamplerKind::LowDiscrepancy;
     int spp = 16;
 };
-// Sampler directives, with pbrt-v3's names and defaults: halton, sobol, 02sequence, lowdiscrepancy,
-// zerotwosequence, maxmindist and stratified (xsamples ysamples) all mean LowDiscrepancy; random means
-// Independent. An unknown name, fewer than 1 sample or more than kMaxSamples is an Error.
+// Makes the sampler of a scene, with pbrt-v3's names and defaults: random means Independent, the others mean
+// LowDiscrepancy. An unknown name, fewer than 1 sample or more than kMaxSamples is an Error.
 SamplerSetup MakeSampler(const Entity &entity);
 
 } // namespace cuticle

@@ -462,13 +462,15 @@ std::unique_ptr<Light> MakeInfinite(const LightEntity &entity, const Bounds3f &w
     const ParamSet &params = entity.params;
     RequireInvertible(entity);
     const Spectrum scale = Scaled(params, "L", "infinite");
-    // Samples a light are pbrt's directlighting's business; read, so that they do not count as unused.
-    params.FindInt("samples", params.FindInt("nsamples", 1));
     const float radius = WorldRadius(worldBound);
+    std::unique_ptr<Light> light;
     if (params.FindFilename("mapname").empty())
-        return std::make_unique<ConstantInfiniteLight>(scale, radius);
-    return std::make_unique<MapInfiniteLight>(entity.ctm, LightMap(params, scale, LightMap::Border::Around),
-                                              radius);
+        light = std::make_unique<ConstantInfiniteLight>(scale, radius);
+    else
+        light = std::make_unique<MapInfiniteLight>(entity.ctm,
+                                                   LightMap(params, scale, LightMap::Border::Around), radius);
+    light->SetSamples(params.FindInt("samples", params.FindInt("nsamples", 1)));
+    return light;
 }
 
 std::unique_ptr<Light> MakeDistant(const LightEntity &entity, const Bounds3f &worldBound) {
@@ -562,8 +564,9 @@ std::unique_ptr<DiffuseAreaLight> MakeAreaLight(const Entity &entity, const Soli
                                     Suggestion(entity.type, kNames, std::size(kNames)));
     const Spectrum L = Scaled(params, "L", "area");
     const bool twoSided = params.FindBool("twosided", false);
-    params.FindInt("samples", params.FindInt("nsamples", 1));
-    return std::make_unique<DiffuseAreaLight>(L, twoSided, solids, geometryId);
+    auto light = std::make_unique<DiffuseAreaLight>(L, twoSided, solids, geometryId);
+    light->SetSamples(params.FindInt("samples", params.FindInt("nsamples", 1)));
+    return light;
 }
 
 DiffuseAreaLight::DiffuseAreaLight(const Spectrum &L, bool twoSided, const SolidSet *solids,

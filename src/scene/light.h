@@ -5,6 +5,7 @@
 #include "parser/scene_description.h"
 #include "shapes/solid_set.h"
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -35,6 +36,12 @@ class Light {
     virtual Spectrum Power() const = 0;
     virtual bool IsDelta() const { return false; }
     virtual bool IsInfinite() const { return false; } // Le may be other than 0
+    // How many samples Integrator "directlighting" takes of this light at each hit: the scene's "samples", at least 1.
+    int Samples() const { return samples_; }
+    void SetSamples(int samples) { samples_ = std::max(1, samples); }
+
+  private:
+    int samples_ = 1;
 };
 
 // Emits L from the side its normal points to, or from both (twosided), over one geometry of a SolidSet, which

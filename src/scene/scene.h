@@ -47,6 +47,7 @@ class Scene {
     SceneRay SpawnRay(const SurfaceInteraction &si, const Vector3f &w) const;
 
     // Lights are numbered; area lights have numbers like the others.
+    int LightCount() const { return static_cast<int>(lights_.size()); }
     const Light &LightAt(int i) const { return *lights_[static_cast<size_t>(i)]; }
     const std::vector<int> &InfiniteLights() const { return infiniteLights_; }
     const LightSampler &Lights() const { return lightSampler_; }

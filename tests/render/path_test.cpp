@@ -24,9 +24,7 @@ Rendered RenderText(const std::string &text, const RenderOptions &options = {},
     SceneDescription description = ParseSceneText(AllPlugins(), text, "test.pbrt");
     const Scene scene(&description, sceneOptions);
     Rendered r;
-    RenderOptions o = options;
-    o.progress = false;
-    r.image = Render(description, scene, o, &r.stats);
+    r.image = Render(description, scene, options, &r.stats);
     return r;
 }
 
@@ -66,8 +64,9 @@ const std::string kWhiteDome = "LightSource \"infinite\" \"rgb L\" [1 1 1]";
 
 } // namespace
 
-// Hair that absorbs nothing in a dome of radiance 1 must not be seen. Light sampling is on, so that a density that
-// disagrees with the value, or a tilt that the two do not share, shows: a furnace by BSDF sampling alone could not fail.
+// Hair that absorbs nothing in a dome of radiance 1 must not be seen. Light sampling is on, so that a density
+// that disagrees with the value, or a tilt that the two do not share, shows: a furnace by BSDF sampling alone
+// could not fail.
 TEST(Furnace, WhiteHairVanishesUnderLightSampling) {
     const char *kHairs[] = {
         "\"color sigma_a\" [0 0 0] \"float alpha\" 0",
@@ -80,7 +79,8 @@ TEST(Furnace, WhiteHairVanishesUnderLightSampling) {
     for (const char *hair : kHairs) {
         const Rendered r = RenderText(HairBall(hair, kWhiteDome, 10000), options);
         const Mean m = MeanOf(r.image);
-        // 5 standard errors: 6e-7 a value, 12 values. The bound must itself be tight for the test to mean something.
+        // 5 standard errors: 6e-7 a value, 12 values. The bound must itself be tight for the test to mean
+        // something.
         for (size_t c = 0; c < 3; ++c) {
             EXPECT_LT(m.standardError[c], 5e-3) << hair;
             EXPECT_NEAR(m.value[c], 1, 5 * m.standardError[c] + 1e-5) << hair << " channel " << c;
@@ -90,7 +90,8 @@ TEST(Furnace, WhiteHairVanishesUnderLightSampling) {
 }
 
 TEST(Path, PointLightOnMatteFollowsTheInverseSquare) {
-    // A plane of albedo 0.5 seen from above, light at height 2 with intensity (1, 2, 4): L = rho / pi I cos / r^2
+    // A plane of albedo 0.5 seen from above, light at height 2 with intensity (1, 2, 4): L = rho / pi I cos /
+    // r^2
     const Rendered r =
         RenderText(FilmText(3, 3) + R"(LookAt 0 0 1 0 0 0 0 1 0 Camera "perspective" "float fov" 0.1
 Sampler "halton" "integer pixelsamples" 4 Integrator "path"
@@ -112,7 +113,8 @@ WorldBegin AttributeBegin Translate 0 0 1 ReverseOrientation AreaLightSource "di
 Shape "disk" "float radius" )" +
                            std::to_string(radius) +
                            R"( AttributeEnd Material "matte" "rgb Kd" [1 1 1]
-Shape "trianglemesh" "point P" [-99 -99 0 99 -99 0 99 99 0 -99 99 0] "integer indices" [0 1 2 2 3 0] WorldEnd)",
+Shape "trianglemesh" "point P" [-99 -99 0 99 -99 0 99 99 0 -99 99 0] "integer indices" [0 1 2 2 3 0]
+WorldEnd)",
                        options);
         const Mean m = MeanOf(r.image);
         const double exact = radius * radius / (radius * radius + 1.0);
@@ -121,7 +123,7 @@ Shape "trianglemesh" "point P" [-99 -99 0 99 -99 0 99 99 0 -99 99 0] "integer in
     }
 }
 
-// What absorbs nothing shows the dome's radiance, whatever way light takes through it.
+// A body that absorbs nothing shows the dome's radiance, whatever way light takes through it.
 TEST(Path, MirrorsAndGlassKeepTheDome) {
     for (const char *material : {"Material \"mirror\" \"rgb Kr\" [1 1 1]", "Material \"glass\""}) {
         const Rendered r =
@@ -161,7 +163,53 @@ TEST(Path, DirectLightingIsAPathOfDepthOne) {
     EXPECT_GT(path.value[0], 0.05);
 }
 
-// Every parameter of hair may be a texture: a constant one is the value itself, and one that varies is looked up.
+// Direct light by one light at each hit and by all of them, an emitter that asks for four samples among them:
+// one picture in the mean, and the more samples, the less noise.
+TEST(DirectLighting, StrategiesHaveOneExpectedPicture) {
+    const std::string lights =
+        kWhiteDome +
+        " LightSource \"distant\" \"point from\" [1 1 1] \"rgb L\" [2 1 3] LightSource \"point\" \"point "
+        "from\" [-2 1 1] \"rgb I\" [5 9 4] AttributeBegin Translate 0 2 1 AreaLightSource \"diffuse\" "
+        "\"integer nsamples\" 4 \"rgb L\" [9 9 5] Shape \"sphere\" \"float radius\" 0.5 AttributeEnd";
+    // A matte plane seen from above, so that the choice of lights makes most of the noise
+    const std::string scene = FilmText(16, 16) +
+                              R"(LookAt 0 0 1 0 0 0 0 1 0 Camera "perspective" "float fov" 30
+Sampler "halton" Integrator "path" WorldBegin )" +
+                              lights +
+                              R"( Material "matte" "rgb Kd" [.5 .5 .5]
+Shape "trianglemesh" "point P" [-9 -9 0 9 -9 0 9 9 0 -9 9 0] "integer indices" [0 1 2 2 3 0] WorldEnd)";
+    const auto picture = [&](const std::string &strategy, const char *more, uint64_t seed) {
+        std::string text = scene;
+        text.replace(text.find("\"path\""), 6, "\"directlighting\" " + strategy + more);
+        RenderOptions options;
+        options.variance = true;
+        options.spp = 256;
+        options.seed = seed;
+        return MeanOf(RenderText(text, options).image);
+    };
+    const Mean all = picture("", "", 1), one = picture("\"string strategy\" \"one\"", "", 2);
+    // pbrt-v3's way of looking for lights by the BSDF shares the weights
+    const Mean apart = picture("\"string strategy\" \"all\"", " \"bool separatelightray\" \"true\"", 3);
+    for (size_t c = 0; c < 3; ++c) {
+        const double noise = std::hypot(all.standardError[c], one.standardError[c]);
+        EXPECT_LT(noise, 0.01 * all.value[c]);
+        EXPECT_NEAR(all.value[c], one.value[c], 5 * noise) << "channel " << c;
+        EXPECT_NEAR(all.value[c], apart.value[c],
+                    5 * std::hypot(all.standardError[c], apart.standardError[c]));
+        EXPECT_LT(all.standardError[c], 0.7 * one.standardError[c]) << "channel " << c;
+    }
+    try {
+        picture("\"string strategy\" \"al\"", "", 1);
+        FAIL() << "an unknown strategy was taken";
+    } catch (const Error &e) {
+        EXPECT_NE(std::string(e.what()).find("unknown strategy \"al\". Did you mean \"all\""),
+                  std::string::npos)
+            << e.what();
+    }
+}
+
+// Every parameter of hair may be a texture: a constant one is the value itself, and one that varies is looked
+// up.
 TEST(HairMaterial, ParametersAreValuesOrTextures) {
     RenderOptions options;
     options.spp = 4;
@@ -186,8 +234,8 @@ TEST(HairMaterial, ParametersAreValuesOrTextures) {
         plain);
 }
 
-// A stand-in is said once, with what differs; what has the same picture is not. A picture that is the path tracer's is so bit for
-// bit.
+// A stand-in is said once, with what differs; what has the same picture is not. A picture that is the path
+// tracer's is so bit for bit.
 TEST(MakeIntegrator, NamesAreRenderedReplacedOrRefused) {
     const std::string scene = HairBall("\"float eumelanin\" 0.3", kWhiteDome, 3);
     RenderOptions options;
@@ -208,7 +256,7 @@ TEST(MakeIntegrator, NamesAreRenderedReplacedOrRefused) {
     EXPECT_THROW(RenderText(scene, options), Error);
 }
 
-// What a picture's header says of its camera: matrices for those that have them.
+// A picture's header holds the camera's matrices, where it has some.
 TEST(Render, HeaderHoldsTheCamerasMatrices) {
     const auto header = [](const std::string &camera) {
         return RenderText(FilmText(4, 2) + "Translate 1 2 3 Camera " + camera + " WorldBegin " + kWhiteDome +
@@ -266,8 +314,9 @@ TEST(Render, InterruptKeepsWhatThereIs) {
     EXPECT_EQ(r.image.width, 16);
 }
 
-// The plain configuration is pbrt-v3's also in its fault: an offset of two widths that loses close neighbours, where
-// light that should be absorbed gets away. Where hairs lie far apart the two agree; in a dense ball it is brighter.
+// The plain configuration is pbrt-v3's also in its fault: an offset of two widths that loses close
+// neighbours, where light that should be absorbed gets away. Where hairs lie far apart the two agree; in a
+// dense ball it is brighter.
 TEST(Render, CurveConfigurationsAgreeWhereHairsLieFarApart) {
     const std::string dense = HairBall("\"float eumelanin\" 0.3", kWhiteDome, 8);
     std::string sparse = dense;
@@ -295,8 +344,8 @@ TEST(Render, CurveConfigurationsAgreeWhereHairsLieFarApart) {
     }
 }
 
-// pbrt-v3's ray of its own for BSDF sampling of lights, and ours that serves the path as well: one expected picture, under
-// a dome and lamps (delta, area) alike, of hair and of glass.
+// pbrt-v3's ray of its own for BSDF sampling of lights, and ours that serves the path as well: one expected
+// picture, under a dome and lamps (delta, area) alike, of hair and of glass.
 TEST(Path, OneRayOrTwoMakeOnePicture) {
     const std::string light =
         kWhiteDome +
@@ -327,7 +376,8 @@ TEST(HairMaterial, TheLitSideFacesTheLight) {
     const std::string scene = FilmText(9, 1) + R"(LookAt 0 0 500 0 0 0 0 1 0
 Camera "perspective" "float fov" .01 "float screenwindow" [-11 11 -1 1]
 Sampler "halton" "integer pixelsamples" 64 Integrator "directlighting"
-WorldBegin LightSource "distant" "point from" [1 0 0.3] "point to" [0 0 0] Material "hair" "rgb sigma_a" [99 99 99] "float beta_n" .2 "float alpha" 0
+WorldBegin LightSource "distant" "point from" [1 0 0.3] "point to" [0 0 0]
+Material "hair" "rgb sigma_a" [99 99 99] "float beta_n" .2 "float alpha" 0
 Shape "curve" "point P" [0 -3 0 0 -1 0 0 1 0 0 3 0] "float width" 1.0 WorldEnd)";
     const Image ours = RenderText(scene).image;
     SceneOptions compat;

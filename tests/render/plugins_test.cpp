@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "materials/texture.h"
+#include "render/integrator.h"
 #include "render/plugins.h"
 #include "render/renderer.h"
 
@@ -62,14 +63,14 @@ std::string SceneWith(PluginKind kind, const std::string &name) {
     return {};
 }
 
-// What is said on the way to the scene and its integrator; "" where all is rendered.
+// Returns what is said on the way to the scene and its integrator; "" where all is rendered.
 std::string WarningsOf(PluginKind kind, const std::string &name) {
     testing::internal::CaptureStderr();
     try {
         SceneDescription description = ParseSceneText(AllPlugins(), SceneWith(kind, name), "scene.pbrt");
         const Scene scene(&description, SceneOptions());
         RenderOptions options;
-        options.progress = false, options.spp = 1;
+        options.spp = 1;
         RenderStats stats;
         Render(description, scene, options, &stats);
     } catch (const Error &e) {
@@ -88,6 +89,28 @@ TEST(Plugins, AreRenderedOrReplacedAsTheTableSays) {
             const bool replaced = said.find("not rendered") != std::string::npos;
             EXPECT_EQ(replaced, !plugin.standIn.empty()) << plugin.name << " says: " << said;
         }
+    }
+}
+
+// A parameter that a row lists is read, and so is none of the unused ones that are warned of.
+TEST(Plugins, IntegratorsReadTheParametersOfTheirRows) {
+    const auto value = [](const ParamInfo &p) {
+        return p.type == "integer" ? "2"
+               : p.type == "float" ? "0.5"
+               : p.type == "bool"  ? "\"true\""
+                                   : "\"all\"";
+    };
+    for (const PluginInfo &row : IntegratorPlugins().rows) {
+        if (!row.standIn.empty())
+            continue;
+        std::string text = fmt::format("Integrator \"{}\"", row.name);
+        for (const ParamInfo &p : row.params)
+            text += fmt::format(" \"{} {}\" {}", p.type, p.name, value(p));
+        FlushWarnings();
+        const SceneDescription scene =
+            ParseSceneText(AllPlugins(), text + " WorldBegin WorldEnd", "scene.pbrt");
+        EXPECT_NE(MakeIntegrator(scene.integrator, scene.integrator.type), nullptr);
+        EXPECT_EQ(FlushWarnings(), 0u) << text;
     }
 }
 
