@@ -1,7 +1,8 @@
 // cuticle figure and cuticle chart: draw the papers' plots and our own measurements.
-#include "figures/figure.h"
 #include "cli/commands.h"
 #include "core/error.h"
+#include "figures/charts/chart_table.h"
+#include "figures/papers/figure_table.h"
 
 #include <cstdio>
 #include <iostream>

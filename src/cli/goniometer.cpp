@@ -3,7 +3,7 @@
 #include "core/clock.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "figures/fiber_plot.h"
+#include "figures/papers/fiber_plot.h"
 #include "files/file.h"
 
 #include <fmt/format.h>

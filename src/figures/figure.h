@@ -1,16 +1,23 @@
-// What a figure or a chart is made of: a table of numbers, the plot of it, and the laws that the numbers must satisfy.
+// A figure, a chart or a map: a table of numbers, the plot of it, and the laws that the numbers must satisfy.
 #pragma once
 
+#include "core/error.h"
+#include "core/vecmath.h"
 #include "figures/plot.h"
 
+#include <cmath>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
 namespace cuticle {
 
-// Columns with names (and units in them: "theta_deg"), rows of numbers and texts.
+inline constexpr double kDegree = kPi<double> / 180;
+inline double Degrees(double radians) { return radians * 180 / kPi<double>; }
+
+// A table has columns with names (and units in them: "theta_deg") and rows of numbers and texts.
 class Table {
   public:
     using Cell = std::variant<double, std::string>;
@@ -22,7 +29,8 @@ class Table {
     // Throw Error for a column that does not exist or holds the other kind of cell; row < Rows().
     double Number(size_t row, const std::string &column) const;
     const std::string &Text(size_t row, const std::string &column) const;
-    // As RFC 4180 has it, lines ending in \n: a line of names, then the rows; numbers with 9 digits, NaN as "nan".
+    // The table as RFC 4180 has it, lines ending in \n: a line of names, then the rows; numbers have 9
+    // digits, NaN is "nan".
     std::string Csv() const;
 
   private:
@@ -38,7 +46,8 @@ struct FigureCheck {
     bool Holds() const { return value >= low && value <= high; }
 };
 
-// Another renderer on the axes of the chart of renderings; command: run by sh, {scene} and {out} replaced.
+// Another renderer on the chart of renderings. sh runs the command, with {scene} and {out} replaced by names
+// of files.
 struct Peer {
     std::string name, command;
 };
@@ -49,41 +58,31 @@ struct FigureOptions {
     std::vector<Peer> peers;
 };
 
-// plot.caption is set by the command: the row's caption, then note.
+// All that a figure's function computes. WriteFigure sets plot.caption: the caption of the row in the table,
+// then note.
 struct FigureData {
     Table table;
-    Plot plot;
-    std::string
-        note; // what this run found, where it differs from the paper and why; ends with a full stop, or empty
-    std::vector<FigureCheck> checks;
+    Plot plot = {};
+    // Says what this run found, where it differs from the paper and why; ends with a full stop, or is empty.
+    std::string note = {};
+    std::vector<FigureCheck> checks = {};
 };
 using FigureFunction = FigureData (*)(const FigureOptions &);
 
-enum class FigureKind { Plot, Render, Diagram, Photo, Animation };
-std::string ToString(FigureKind kind);
-
-// A figure of one of the four papers. make is null, and scenes empty, for one that is not made (yet); scenes names the
-// files under scenes/ (without .pbrt) that render it, with blanks between.
-struct Figure {
-    const char *id;
-    FigureKind kind;
-    const char *caption;
-    FigureFunction make;
-    const char *scenes;
-    bool Made() const { return make != nullptr || *scenes != '\0'; }
-};
-std::span<const Figure> Figures();
-// Throws Error with the nearest ids, or, for a figure that `cuticle figure` does not draw, with what there is instead.
-const Figure &FindFigure(const std::string &id);
-
-// A measurement of error against cost.
-struct Chart {
-    const char *name;
-    const char *caption;
-    FigureFunction make;
-};
-std::span<const Chart> Charts();
-const Chart &FindChart(const std::string &name);
+// The row whose `nameOf` is name, of a table of figures or charts. Throws Error with the nearest names: "no
+// WHAT is called ...".
+template <typename Row>
+const Row &FindRow(std::span<const Row> rows, const char *Row::*nameOf, const std::string &name,
+                   const char *what) {
+    std::vector<std::string_view> names;
+    for (const Row &row : rows) {
+        if (name == row.*nameOf)
+            return row;
+        names.emplace_back(row.*nameOf);
+    }
+    throw Error("no {} is called \"{}\"", what, name)
+        .WithRemedy(Suggestion(name, names.data(), names.size()));
+}
 
 // Writes folder/stem.csv, .svg and .png; the folder is made if need be. Throws Error.
 void WriteFigure(const std::string &folder, const std::string &stem, const std::string &caption,
@@ -92,9 +91,12 @@ void WriteFigure(const std::string &folder, const std::string &stem, const std::
 // printf of one number.
 std::string Printed(const char *format, double value);
 
-// n numbers from a to b, both included; n >= 2.
+// The larger of two errors; NaN stays.
+inline double Worst(double a, double b) { return a >= b ? a : std::isnan(a) ? a : b; }
+
+// n numbers in equal steps from a to b, both included; n >= 2.
 std::vector<double> Linspace(double a, double b, size_t n);
-// The same in equal ratios; a, b > 0.
+// n numbers in equal ratios from a to b, both included; a, b > 0, n >= 2.
 std::vector<double> Logspace(double a, double b, size_t n);
 
 } // namespace cuticle

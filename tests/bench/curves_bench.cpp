@@ -1,13 +1,14 @@
 // Rays through a ball of hair: the curve set, the plain binary tree and Embree's curves, in one run.
 //
-// Rays per second are of one thread. "camera": primary rays; "bounce": random walks from hair to hair, as a path tracer
-// of light hair makes them, the nearest hit or any hit. Accuracy is counted against an oracle in extended precision, on
-// the same bounces for all, with the same start of the ray.
+// Rays per second are of the CPU time of one thread, build times those of all threads. "camera": primary
+// rays; "bounce": random walks from hair to hair, as a path tracer of light hair makes them, the nearest hit
+// or any hit. Accuracy is counted against an oracle in extended precision, on the same bounces for all, with
+// the same start of the ray.
+#include "core/clock.h"
 #include "figures/charts/curve_rays.h"
 
 #include <benchmark/benchmark.h>
 
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -24,24 +25,20 @@ struct World {
     std::vector<CurveSegment> segments = HairBall(Strands());
     std::unique_ptr<CurveSet> set;
     std::unique_ptr<BinaryCurveBvh> binary;
-    double setSeconds = 0, binarySeconds = 0;
+    double setSeconds = 0, binarySeconds = 0; // to build them, CPU time of all threads
     std::vector<CurveTask> camera, bounce;
 
     World() {
-        using Clock = std::chrono::steady_clock;
-        const auto seconds = [](Clock::time_point from) {
-            return std::chrono::duration<double>(Clock::now() - from).count();
-        };
         CurveSetOptions options;
         if (const char *s = std::getenv("CUTICLE_BENCH_SPLIT"))
             options.split = std::atoi(s);
-        auto from = Clock::now();
+        double start = ProcessCpuSeconds();
         set = std::make_unique<CurveSet>(segments, std::vector<CurveType>{CurveType::Flat},
                                          std::unordered_map<uint32_t, RibbonNormals>(), options);
-        setSeconds = seconds(from);
-        from = Clock::now();
+        setSeconds = ProcessCpuSeconds() - start;
+        start = ProcessCpuSeconds();
         binary = std::make_unique<BinaryCurveBvh>(segments, std::vector<CurveType>{CurveType::Flat});
-        binarySeconds = seconds(from);
+        binarySeconds = ProcessCpuSeconds() - start;
 
         CurveTasks tasks = MakeCurveTasks(*set);
         camera = std::move(tasks.camera), bounce = std::move(tasks.bounce);
@@ -60,12 +57,13 @@ const EmbreeCurves &Embree(int which) {
     return which == 0 ? flat4 : which == 1 ? flat16 : round;
 }
 
-enum Who { Set, Binary, Flat4, Flat16, Round };
-enum Kind { Camera, Closest, Any };
-const char *const kWho[] = {"curve_set", "binary_recursive", "embree_flat4", "embree_flat16", "embree_round"};
-const char *const kKind[] = {"camera", "bounce_closest", "bounce_any"};
+enum Contender { Set, Binary, Flat4, Flat16, Round };
+enum RaySort { Camera, Closest, Any };
+const char *const kContenderNames[] = {"curve_set", "binary_recursive", "embree_flat4", "embree_flat16",
+                                       "embree_round"};
+const char *const kRaySortNames[] = {"camera", "bounce_closest", "bounce_any"};
 
-bool Trace(Who who, Kind kind, const CurveTask &task, CurveHit *hit) {
+bool Trace(Contender who, RaySort kind, const CurveTask &task, CurveHit *hit) {
     const World &w = World::Get();
     const CurveOrigin *origin = task.bounce ? &task.origin : nullptr;
     if (who == Set)
@@ -77,7 +75,7 @@ bool Trace(Who who, Kind kind, const CurveTask &task, CurveHit *hit) {
     return kind == Any ? e.Occluded(task) : e.Intersect(task, hit);
 }
 
-void BM_Rays(benchmark::State &state, Who who, Kind kind) {
+void BM_Rays(benchmark::State &state, Contender who, RaySort kind) {
     const std::vector<CurveTask> &tasks = kind == Camera ? World::Get().camera : World::Get().bounce;
     CurveHit hit;
     size_t i = 0, hits = 0, rays = 0;
@@ -95,8 +93,8 @@ void BM_Rays(benchmark::State &state, Who who, Kind kind) {
     state.counters["hit%"] = 100 * static_cast<double>(hits) / static_cast<double>(rays);
 }
 
-//  Counts over the bounces, all with the same start of the ray and no origin.
-void BM_Accuracy(benchmark::State &state, Who who) {
+// Counts wrong answers over the bounces, all with the same start of the ray and no origin.
+void BM_Accuracy(benchmark::State &state, Contender who) {
     const World &w = World::Get();
     static const std::vector<CurveTruth> truths = FindCurveTruths(w.segments, w.bounce, 20000);
     CurveAccuracy a;
@@ -113,8 +111,9 @@ void BM_Accuracy(benchmark::State &state, Who who) {
     state.counters["t_p99_radii"] = CurveAccuracy::Percentile(a.tError, 0.99);
 }
 
-//  How often a bounce meets the hair that it leaves, by the reach of the test that should prevent it; and how often it
-//  meets something else than with the default reach when the ray instead starts so many radii out.
+// Counts how often a bounce meets the hair that it leaves, by the reach of the test that should prevent it;
+// and how often it meets something else than with the default reach when the ray instead starts so many radii
+// out.
 void BM_SelfHits(benchmark::State &state, float reach, bool offset) {
     const World &w = World::Get();
     CurveSetOptions options;
@@ -145,7 +144,7 @@ void BM_SelfHits(benchmark::State &state, float reach, bool offset) {
     state.counters["differs%"] = 100 * static_cast<double>(differs) / n;
 }
 
-void BM_Memory(benchmark::State &state, Who who) {
+void BM_Memory(benchmark::State &state, Contender who) {
     const World &w = World::Get();
     const double n = static_cast<double>(w.segments.size());
     for (auto _ : state) {
@@ -153,9 +152,9 @@ void BM_Memory(benchmark::State &state, Who who) {
                              : who == Binary ? static_cast<double>(w.binary->MemoryBytes())
                                              : static_cast<double>(Embree(who - Flat4).Bytes()) + 60 * n;
         state.counters["bytes/curve"] = bytes / n;
-        state.counters["build_s"] = who == Set      ? w.setSeconds
-                                    : who == Binary ? w.binarySeconds
-                                                    : Embree(who - Flat4).BuildSeconds();
+        state.counters["build_cpu_s"] = who == Set      ? w.setSeconds
+                                        : who == Binary ? w.binarySeconds
+                                                        : Embree(who - Flat4).BuildSeconds();
     }
 }
 
@@ -167,14 +166,16 @@ int main(int argc, char **argv) {
     benchmark::Initialize(&argc, argv);
     std::printf("%zu strands of %zu segments; instruction set %s\n", Strands(), kSegmentsPerStrand,
                 CurveSetIsa());
-    for (const Kind kind : {Camera, Closest, Any})
-        for (const Who who : {Set, Binary, Flat4, Flat16, Round})
-            benchmark::RegisterBenchmark((std::string("rays/") + kKind[kind] + "/" + kWho[who]).c_str(),
-                                         BM_Rays, who, kind);
-    for (const Who who : {Set, Binary, Flat4, Flat16, Round}) {
-        benchmark::RegisterBenchmark((std::string("memory/") + kWho[who]).c_str(), BM_Memory, who)
+    for (const RaySort kind : {Camera, Closest, Any})
+        for (const Contender who : {Set, Binary, Flat4, Flat16, Round})
+            benchmark::RegisterBenchmark(
+                (std::string("rays/") + kRaySortNames[kind] + "/" + kContenderNames[who]).c_str(), BM_Rays,
+                who, kind);
+    for (const Contender who : {Set, Binary, Flat4, Flat16, Round}) {
+        benchmark::RegisterBenchmark((std::string("memory/") + kContenderNames[who]).c_str(), BM_Memory, who)
             ->Iterations(1);
-        benchmark::RegisterBenchmark((std::string("accuracy/") + kWho[who]).c_str(), BM_Accuracy, who)
+        benchmark::RegisterBenchmark((std::string("accuracy/") + kContenderNames[who]).c_str(), BM_Accuracy,
+                                     who)
             ->Iterations(1);
     }
     for (const float reach : {0.f, 0.5f, 1.f, 1.5f, 3.f})

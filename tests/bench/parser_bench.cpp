@@ -1,5 +1,6 @@
-// How fast scene text becomes curves, on one core: bytes_per_second is of scene text, items are Shape "curve" statements.
-// The argument is the number of statements. BM_GeneralReader reads the same text without the short way for curves.
+// This benchmark says how fast scene text becomes curves, on one core: bytes_per_second is of scene text,
+// items are Shape "curve" statements. The argument is the number of statements. BM_GeneralReader reads the
+// same text without the short way for curves.
 #include "parser/scene_description.h"
 #include "render/plugins.h"
 
@@ -15,8 +16,8 @@
 namespace cuticle {
 namespace {
 
-// How much each statement says: Terse has bare widths and 5 digits, Exporter 9 digits and brackets, as pbrt-v3's own
-// hair scenes and common exporters write them.
+// The style of the statements: Terse has bare widths and 5 digits, Exporter 9 digits and brackets, as
+// pbrt-v3's own hair scenes and common exporters write them.
 enum class Style { Terse, Exporter };
 
 const std::string &HairText(int64_t count, Style style) {
@@ -81,7 +82,7 @@ BENCHMARK(BM_Terse)->Arg(1000000)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_Exporter)->Arg(1000000)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_GeneralReader)->Arg(100000)->Unit(benchmark::kMillisecond);
 
-// From a file that the system holds in its cache; packed or not.
+// Reads a file that the system holds in its cache; packed or not.
 void ReadFile(benchmark::State &state, bool packed) {
     const std::string &text = HairText(state.range(0), Style::Exporter);
     const std::string path = (std::filesystem::temp_directory_path() /

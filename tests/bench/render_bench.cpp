@@ -1,7 +1,8 @@
-// How much faster the renderer is than the same program with a binary tree, recursive curves and scalar hair, at
-// equal settings in one run: build/release/bench_render. And than that with pbrt-v3's estimate of direct light beside
-// it, which traces a ray of its own for each direction that the BSDF proposes (the same expected picture). The head of the numbers: 50,000 strands, 400,000 segments,
-// 256 x 256, 16 samples per pixel, depth 30. CUTICLE_BENCH_SPP sets another number of samples.
+// This benchmark says how much faster the renderer is than the same program with a binary tree, recursive
+// curves and scalar hair, at equal settings in one run; and than that with pbrt-v3's estimate of direct
+// light, which traces a ray of its own for each direction that the BSDF proposes (the same expected picture).
+// The scene is a head of 50,000 strands, 400,000 segments, 256 x 256, 16 samples per pixel, depth 30;
+// CUTICLE_BENCH_SPP sets another number of samples.
 #include "core/error.h"
 #include "fibers/hair_lanes.h"
 #include "render/plugins.h"
@@ -16,13 +17,14 @@ using namespace cuticle;
 namespace {
 
 // The configurations
-enum Who { Ours, Plain, PlainPbrt };
+enum Configuration { Ours, Plain, PlainPbrt };
 const char *const kLabel[] = {"ours, ", "binary tree, recursion, scalar hair",
                               "binary tree, recursion, scalar hair, a separate ray for BSDF sampling"};
 
 const char kScene[] = R"(LookAt 62 9 -46 0 -4.5 -1.5 0 1 0 Camera "perspective" "float fov" 33
 Film "image" "integer xresolution" 256 "integer yresolution" 256
-Sampler "halton" "integer pixelsamples" 16 Integrator "path" "integer maxdepth" 30 "bool separatelightray" "SEPARATE"
+Sampler "halton" "integer pixelsamples" 16
+Integrator "path" "integer maxdepth" 30 "bool separatelightray" "SEPARATE"
 WorldBegin LightSource "infinite" "rgb L" [.4 .45 .5]
 LightSource "distant" "point from" [2 3 -4] "point to" [0 0 0] "rgb L" [3 3 2.8]
 Material "matte" Shape "groomhead" Material "hair" "float eumelanin" 0.3
@@ -39,7 +41,7 @@ double seconds[3] = {};
 int runs[3] = {};
 
 void RenderHead(benchmark::State &state) {
-    const auto who = static_cast<Who>(state.range(0));
+    const auto who = static_cast<Configuration>(state.range(0));
     const bool plain = who != Ours;
     static const std::string best = CurrentHairKernels().name;
     SetHairKernels(plain ? "scalar" : best);

@@ -1,4 +1,5 @@
-// The stability atlas: its table is whole, its named tests exist, and the cliffs of a coarse run are where they belong.
+// The stability atlas: its table is whole, its named tests exist, and the cliffs of a coarse run are where
+// they belong.
 #include "figures/atlas/atlas.h"
 
 #include "figures/atlas/atlas_fibers.h"
@@ -112,8 +113,8 @@ const AtlasModel &ModelOf(const std::string &name) {
     throw std::runtime_error(name);
 }
 
-// Every model that a scene may name is measured, ours in float and in double and as published where that is another; none
-// of ours gives NaN, and white hair by Chiang's returns all light.
+// Every model that a scene may name is measured, ours in float and in double and as published where that is
+// another; none of ours gives NaN, and white hair by Chiang's returns all light.
 TEST(Atlas, EveryModelIsMeasured) {
     ASSERT_EQ(AtlasModels().size(), HairModelNames().size());
     EXPECT_EQ(AtlasModels().front().name, "chiang");
@@ -141,7 +142,8 @@ TEST(Atlas, EveryModelIsMeasured) {
         EXPECT_TRUE(ModelOf(published).Has(AtlasForm::Published)) << published;
 }
 
-// At the edge of a clear fiber Pharr's formulas give NaN, and at a roughness of 0.08 d'Eon's do, in float; ours not.
+// At the edge of a clear fiber Pharr's formulas give NaN, and at a roughness of 0.08 d'Eon's do, in float;
+// ours not.
 TEST(Atlas, PublishedModelsGiveNoNumbersWhereOursDo) {
     const auto bad = [](const char *name, AtlasForm form, const FiberInputs &in) {
         return MeasureFiber(ModelOf(name), form, in, 0.5, true).bad;
@@ -157,8 +159,8 @@ TEST(Atlas, PublishedModelsGiveNoNumbersWhereOursDo) {
     }
 }
 
-// The energy of white fibers, by form: as published Marschner's is doubled, which is fault 15, and d'Eon's lacks what the
-// short series of I_0 takes; ours have only what the models themselves lose.
+// The energy of white fibers, by form: as published Marschner's is doubled, which is fault 15, and d'Eon's
+// lacks what the short series of I_0 takes; ours have only what the models themselves lose.
 TEST(Atlas, PublishedModelsMissTheEnergyOfOurs) {
     const auto miss = [](const char *name, AtlasForm form) {
         return MeasureFiber(ModelOf(name), form, {}, 0.2, true).energy;
@@ -173,8 +175,8 @@ TEST(Atlas, PublishedModelsMissTheEnergyOfOurs) {
     EXPECT_GT(miss("deon", AtlasForm::Published), 0.2);
 }
 
-// A viewer along the fiber sees R alone at its own inclination, and the other lobes beside it: their samples would weigh
-// hundreds of times too much if lobes were chosen by the former.
+// A viewer along the fiber sees R alone at its own inclination, and the other lobes beside it: their samples
+// would weigh hundreds of times too much if lobes were chosen by the former.
 TEST(Atlas, WeightsAreSmallAlongTheFiber) {
     for (const auto &[name, bound] : {std::pair{"marschner", 8.}, {"deon", 4.}, {"chiang", 1.01}})
         for (const double beta : {0.1, 0.3, 0.6}) {
@@ -195,10 +197,10 @@ TEST(Atlas, WeightsAreSmallAlongTheFiber) {
         }
 }
 
-// Ours in float is ours in double but for rounding: for the same directions, which are numbers of float. A direction is
-// known to 2^-24, and the narrowest lobe here, TT at a roughness of 0.1, is 0.04 wide: its flanks change by
-// 2^-24 / 0.04, the sums of a model by up to three times that, and by more only Marschner's density, which is infinite at
-// caustics.
+// Ours in float is ours in double but for rounding: for the same directions, which are numbers of float. A
+// direction is known to 2^-24, and the narrowest lobe here, TT at a roughness of 0.1, is 0.04 wide: its
+// flanks change by 2^-24 / 0.04, the sums of a model by up to three times that, and by more only Marschner's
+// density, which is infinite at caustics.
 TEST(Atlas, FloatAgreesWithDouble) {
     for (const AtlasModel &model : AtlasModels())
         for (const double beta : {0.1, 0.3, 0.8})

@@ -1,5 +1,5 @@
 // Every figure of the papers that is made keeps its own laws; the table knows what is in the house.
-#include "figures/figure.h"
+#include "figures/papers/figure_table.h"
 
 #include "core/error.h"
 

@@ -2,8 +2,9 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "figures/sheet.h"
 #include "files/file.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -32,68 +33,70 @@ double WorstOf(const std::vector<double> &values) {
     return worst;
 }
 
-std::span<const AtlasFault> AtlasFaults() {
-    static const std::array faults = std::to_array<AtlasFault>({
-        {1, "I0 by ten terms of its series up to x = 12", "mended",
-         "AsPrinted.BesselSeriesIsShortAndItsLogarithmHalvesATerm I0e.AgreesWithFiftyDigits"},
-        {2, "log I0 beyond x = 12 with its second term halved", "mended",
-         "AsPrinted.BesselSeriesIsShortAndItsLogarithmHalvesATerm I0e.AgreesWithFiftyDigits"},
-        {3, "so M_p does not conserve energy", "mended",
-         "AsPrinted.MpDoesNotConserveEnergy Hair.WhiteFurnaceByQuadratureInFloat"},
-        {4, "log I0 - b - 1/v cancels in binary32", "mended", "AsPrinted.MpCancelsInBinary32 HairVectors.Mp"},
-        {5, "the sampled cosine 1 + v log(...) rounds to 1", "mended",
-         "HairModel.SampledCosineKeepsNarrowLobes"},
-        {6, "the scales' tilt applied to theta_i, after sampling", "mended",
-         "AsPrinted.TiltOfThetaILosesEnergy HairFurnace.OverTheSphere"},
-        {7, "the edge of a clear fiber is 0/0 in the last lobe", "mended", "Hair.HOnTheEdge"},
-        {8, "cos theta = 0 makes eta' infinite; the loop that wraps an angle does not end", "mended",
-         "Hair.GrazingCosThetaZero HairModel.WrapsAnglesByRounding"},
-        {9, "absorption from a reflectance of 0 is infinite, from one above 1 it grows again", "mended",
-         "HairColor.SigmaAFromReflectanceIsClamped"},
-        {10, "35 nodes of quadrature are said to suffice for N_p above 2 degrees", "mended",
-         "DEon.ThirtyFiveNodes DEon.QuadratureIsAccurateAtEveryRoughness Atlas.ThirtyFiveNodesAreTooFew"},
-        {11, "azimuths wrapped once or not at all", "mended",
-         "Gaussian.DetectorIsTheSumOverImages DEon.TheNearestDetectorLosesLightAtPi "
-         "HairModel.LogisticAtBetaNOneIsTrimmed"},
-        {12, "one lobe, uniform in azimuth, for all orders from 3 on", "mended",
-         "HairModel.ShareOfTheLastLobe ChosenLobes.LeaveNoMoreThanTheirShare ChosenLobes.KeepAllLight "
-         "HairModels.ChiangWithAShareForTheTail"},
-        {13, "Marschner's cubic in place of Snell's law", "mended",
-         "RootMethods.ErrorOfTheCubic RootMethods.PolishedRootsAreExact"},
-        {14, "the width of Marschner's caustics grows without bound at eta' = 2", "stated",
-         "Marschner.GlintsAreBoundedWhereCausticsMeet"},
-        {15, "Gaussian M in theta_h returns twice the light", "mended",
-         "LongitudinalLobe.EnergyOfTheThreeForms"},
-        {16, "A_p depends on theta_o alone: not reciprocal", "stated",
-         "HairModel.AttenuationIsNotReciprocal"},
-        {17, "DemuxFloat of u = 1 overflows", "mended", "DemuxFloat.UOfOneAndBeyondStaysInside"},
-        {18,
-         "v across a curve from a point that is not the nearest; rays that leave a hair pass its neighbours",
-         "mended", "CurveSetOracle.AgreesWithAllRoots CurveSet.LeavesItsHairAndMeetsCloseNeighbours"},
-        {19, "phi recovered from a rounded direction", "mended",
-         "Hair.SampleAgreesWithFAndPdf Hair.SamplingWeights"},
-        {20, "edges of the parameters stop the program or give NaN", "mended",
-         "Hair.BetaMZeroIsADeltaCone Hair.BetaNZeroIsANarrowLogistic Hair.EtaOneReflectsNothing "
-         "Hair.EtaOneBlackFiberHasNoDirection Hair.EtaBelowOneReflectsTotally"},
-        {21, "a furnace that samples the BSDF cannot fail", "mended", "HairFurnace.OverTheSphere"},
-        {22, "DemuxFloat makes few different numbers; u = 0 gives density 0", "mended",
-         "DemuxFloat.KeepsTheBitsOfU DemuxFloat.ValuesAreSpreadWithinTheirCells "
-         "Hair.RandomNumbersAtTheEndsHaveADensity"},
-    });
-    return faults;
-}
+namespace {
 
-std::span<const AtlasChapter> AtlasChapters() {
-    static const std::array chapters = std::to_array<AtlasChapter>({
-        {"longitudinal", "the Bessel function, M_p, its sampling", LongitudinalMaps},
-        {"azimuthal", "N_p: quadrature, wrapping, caustics", AzimuthalMaps},
-        {"paths", "A_p, the last lobe, the cubic, reciprocity of A_p", PathMaps},
-        {"sampling", "DemuxFloat, numbers at the ends, curves", SamplingMaps},
-        {"roughness", "every model over its roughness", RoughnessMaps},
-        {"models", "every model over its other parameters", ModelMaps},
-    });
-    return chapters;
-}
+// To add a fault: give it the next number here, let a map's findings name that number, and write the tests
+// that watch it; a test finds them by their names.
+constexpr std::array kFaults = std::to_array<AtlasFault>({
+    {1, "I0 by ten terms of its series up to x = 12", "mended",
+     "AsPrinted.BesselSeriesIsShortAndItsLogarithmHalvesATerm I0e.AgreesWithFiftyDigits"},
+    {2, "log I0 beyond x = 12 with its second term halved", "mended",
+     "AsPrinted.BesselSeriesIsShortAndItsLogarithmHalvesATerm I0e.AgreesWithFiftyDigits"},
+    {3, "so M_p does not conserve energy", "mended",
+     "AsPrinted.MpDoesNotConserveEnergy Hair.WhiteFurnaceByQuadratureInFloat"},
+    {4, "log I0 - b - 1/v cancels in binary32", "mended", "AsPrinted.MpCancelsInBinary32 HairVectors.Mp"},
+    {5, "the sampled cosine 1 + v log(...) rounds to 1", "mended", "HairModel.SampledCosineKeepsNarrowLobes"},
+    {6, "the scales' tilt applied to theta_i, after sampling", "mended",
+     "AsPrinted.TiltOfThetaILosesEnergy HairFurnace.OverTheSphere"},
+    {7, "the edge of a clear fiber is 0/0 in the last lobe", "mended", "Hair.HOnTheEdge"},
+    {8, "cos theta = 0 makes eta' infinite; the loop that wraps an angle does not end", "mended",
+     "Hair.GrazingCosThetaZero HairModel.WrapsAnglesByRounding"},
+    {9, "absorption from a reflectance of 0 is infinite, from one above 1 it grows again", "mended",
+     "HairColor.SigmaAFromReflectanceIsClamped"},
+    {10, "35 nodes of quadrature are said to suffice for N_p above 2 degrees", "mended",
+     "DEon.ThirtyFiveNodes DEon.QuadratureIsAccurateAtEveryRoughness Atlas.ThirtyFiveNodesAreTooFew"},
+    {11, "azimuths wrapped once or not at all", "mended",
+     "Gaussian.DetectorIsTheSumOverImages DEon.TheNearestDetectorLosesLightAtPi "
+     "HairModel.LogisticAtBetaNOneIsTrimmed"},
+    {12, "one lobe, uniform in azimuth, for all orders from 3 on", "mended",
+     "HairModel.ShareOfTheLastLobe ChosenLobes.LeaveNoMoreThanTheirShare ChosenLobes.KeepAllLight "
+     "HairModels.ChiangWithAShareForTheTail"},
+    {13, "Marschner's cubic in place of Snell's law", "mended",
+     "RootMethods.ErrorOfTheCubic RootMethods.PolishedRootsAreExact"},
+    {14, "the width of Marschner's caustics grows without bound at eta' = 2", "stated",
+     "Marschner.GlintsAreBoundedWhereCausticsMeet"},
+    {15, "Gaussian M in theta_h returns twice the light", "mended", "LongitudinalLobe.EnergyOfTheThreeForms"},
+    {16, "A_p depends on theta_o alone: not reciprocal", "stated", "HairModel.AttenuationIsNotReciprocal"},
+    {17, "DemuxFloat of u = 1 overflows", "mended", "DemuxFloat.UOfOneAndBeyondStaysInside"},
+    {18, "v across a curve from a point that is not the nearest; rays that leave a hair pass its neighbours",
+     "mended", "CurveSetOracle.AgreesWithAllRoots CurveSet.LeavesItsHairAndMeetsCloseNeighbours"},
+    {19, "phi recovered from a rounded direction", "mended",
+     "Hair.SampleAgreesWithFAndPdf Hair.SamplingWeights"},
+    {20, "edges of the parameters stop the program or give NaN", "mended",
+     "Hair.BetaMZeroIsADeltaCone Hair.BetaNZeroIsANarrowLogistic Hair.EtaOneReflectsNothing "
+     "Hair.EtaOneBlackFiberHasNoDirection Hair.EtaBelowOneReflectsTotally"},
+    {21, "a furnace that samples the BSDF cannot fail", "mended", "HairFurnace.OverTheSphere"},
+    {22, "DemuxFloat makes few different numbers; u = 0 gives density 0", "mended",
+     "DemuxFloat.KeepsTheBitsOfU DemuxFloat.ValuesAreSpreadWithinTheirCells "
+     "Hair.RandomNumbersAtTheEndsHaveADensity"},
+});
+
+// To add a map: let the function of its chapter return it too. To add a chapter: declare its function in
+// atlas.h, write it in a file of its own, and give it a row here; `cuticle atlas --chapter` finds it by its
+// name.
+constexpr std::array kChapters = std::to_array<AtlasChapter>({
+    {"longitudinal", "the Bessel function, M_p, its sampling", LongitudinalMaps},
+    {"azimuthal", "N_p: quadrature, wrapping, caustics", AzimuthalMaps},
+    {"paths", "A_p, the last lobe, the cubic, reciprocity of A_p", PathMaps},
+    {"sampling", "DemuxFloat, numbers at the ends, curves", SamplingMaps},
+    {"roughness", "every model over its roughness", RoughnessMaps},
+    {"models", "every model over its other parameters", ModelMaps},
+});
+
+} // namespace
+
+std::span<const AtlasFault> AtlasFaults() { return kFaults; }
+std::span<const AtlasChapter> AtlasChapters() { return kChapters; }
 
 namespace {
 
@@ -108,16 +111,22 @@ PlotAxis AxisOf(const AtlasAxis &axis) {
     return plot;
 }
 
-// In place of a map.
+// Lines of text in the place of a map.
 PlotPanel NoteOf(const AtlasPanel &panel) {
-    Sheet sheet({0, 0}, {10, 10});
+    PlotPanel note;
+    note.kind = PlotKind::Diagram;
+    note.title = panel.title;
+    note.x.min = note.y.min = 0, note.x.max = note.y.max = 10;
     double y = 6.2;
-    for (const std::string &line : panel.note)
-        sheet.Letters({0.5, y}, line), y -= 0.8;
-    for (PlotSeries &s : sheet.panel.series)
-        s.width = 0;
-    sheet.panel.title = panel.title;
-    return sheet.panel;
+    for (const std::string &line : panel.note) {
+        PlotSeries s;
+        s.x = {0.5}, s.y = {y};
+        s.mark = line;
+        s.color = kPlotColors - 1, s.width = 0;
+        note.series.push_back(s);
+        y -= 0.8;
+    }
+    return note;
 }
 
 PlotPanel PanelOf(const AtlasMap &map, const AtlasPanel &panel) {
@@ -155,15 +164,15 @@ Table TableOf(const AtlasMap &map) {
     return table;
 }
 
-// Empty for 0.
-std::string FaultNumber(int row) { return row > 0 ? std::to_string(row) : ""; }
-// Empty for what there is not.
-std::string NumberOf(double x, const char *format) { return std::isnan(x) ? "" : Printed(format, x); }
+// The fault's number, or nothing for 0.
+std::string FaultNumber(int row) { return row > 0 ? fmt::format("{}", row) : ""; }
+// The number, or nothing for NaN.
+std::string NumberOf(double x, int digits) { return std::isnan(x) ? "" : fmt::format("{:.{}g}", x, digits); }
 
 // "1 as published, 2 ours, 3 in double"; what is equal in print, once.
 std::string NumbersOf(const AtlasFinding &f) {
-    const std::string published = NumberOf(f.published, "%.3g"), ours = NumberOf(f.ours, "%.3g"),
-                      inDouble = NumberOf(f.inDouble, "%.3g");
+    const std::string published = NumberOf(f.published, 3), ours = NumberOf(f.ours, 3),
+                      inDouble = NumberOf(f.inDouble, 3);
     std::string text = published.empty() || published == ours ? "" : published + " as published, ";
     text += ours + (inDouble == ours ? " ours, also in double" : published == ours ? "" : " ours");
     return text + (inDouble.empty() || inDouble == ours ? "" : ", " + inDouble + " in double");
@@ -172,7 +181,7 @@ std::string NumbersOf(const AtlasFinding &f) {
 } // namespace
 
 void WriteAtlasMap(const std::string &folder, const AtlasMap &map) {
-    FigureData data{TableOf(map), {}, "", {}};
+    FigureData data{TableOf(map)};
     data.plot.title = map.title;
     const size_t panels = map.panels.size();
     data.plot.columns =
@@ -195,8 +204,8 @@ Table AtlasIndex(std::span<const AtlasMap> maps) {
     Table index({"fault", "what", "map", "quantity", "published", "ours", "double", "state", "tests"});
     const auto add = [&index](const AtlasMap &map, const AtlasFinding &f, const std::string &what,
                               const char *state, const char *tests) {
-        index.Add({FaultNumber(f.row), what, map.name + ".svg", f.quantity, NumberOf(f.published, "%.4g"),
-                   NumberOf(f.ours, "%.4g"), NumberOf(f.inDouble, "%.4g"), state, tests});
+        index.Add({FaultNumber(f.row), what, map.name + ".svg", f.quantity, NumberOf(f.published, 4),
+                   NumberOf(f.ours, 4), NumberOf(f.inDouble, 4), state, tests});
     };
     for (const AtlasFault &fault : AtlasFaults())
         for (const AtlasMap &map : maps)

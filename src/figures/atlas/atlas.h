@@ -1,8 +1,9 @@
-// The stability atlas: where the formulas of the papers and our own break, as heat maps over their parameters.
+// The stability atlas: where the formulas of the papers and our own break, as heat maps over their
+// parameters.
 //
-// Every fault that is known of the published methods is a row of AtlasFaults(), with the map that shows it, the tests
-// that watch it, and two numbers that the run measures: the method as published, and ours. Maps over the parameters of
-// whole models hold every model that scenes may name, without further ado.
+// Every fault that is known of the published methods is a row of AtlasFaults(), with the map that shows it,
+// the tests that watch it, and two numbers that the run measures: the method as published, and ours. Maps
+// over the parameters of whole models hold every model that scenes may name, without further ado.
 #pragma once
 
 #include "figures/figure.h"
@@ -19,26 +20,27 @@ struct AtlasOptions {
     bool quick = false; // coarse maps, in about half of the time
 };
 
-// An axis of cells of equal size. With exponent, numbers along it are powers of ten: low and high are the exponents.
+// An axis of cells of equal size. With exponent, numbers along it are powers of ten: low and high are the
+// exponents.
 struct AtlasAxis {
     std::string label, column; // for the plot; for the table
     double low, high;
     size_t cells;
     bool exponent = false;
-    // The middle of a cell.
+    // The value in the middle of cell i < cells.
     double At(size_t i) const;
 };
 
-// One heat map. Values in rows of y. NaN is a cell without a number: white. No values: a place without a map; why, says
-// the note, line by line.
+// One heat map. Values in rows of y. NaN is a cell without a number: white. No values: a place without a map;
+// why, says the note, line by line.
 struct AtlasPanel {
     std::string title;
     std::vector<double> values;
     std::vector<std::string> note = {};
 };
 
-// What a map says of one fault: the same quantity for the method as published, for ours as it renders, and for ours in
-// double precision. NaN: there is none, or it was not measured.
+// A finding is what a map says of one fault: the same quantity for the method as published, for ours as it
+// renders, and for ours in double precision. NaN: there is none, or it was not measured.
 struct AtlasFinding {
     int row; // of AtlasFaults(), 0: none of them
     std::string quantity;
@@ -76,8 +78,8 @@ std::vector<AtlasPanel> FourPanels(const AtlasMap &map, F f) {
 // The largest value; infinity if a cell holds no finite number.
 double WorstOf(const std::vector<double> &values);
 
-// A fault of a published method. tests: the names of those that watch it, with blanks between. state: "mended" where
-// ours is right, "stated" where the model itself is at fault and ours has the fault too.
+// A fault of a published method. tests names those that watch it, with blanks between; state is "mended"
+// where ours is right, "stated" where the model itself is at fault and ours has the fault too.
 struct AtlasFault {
     int row;
     const char *fault, *state, *tests;
@@ -91,7 +93,7 @@ struct AtlasChapter {
 };
 std::span<const AtlasChapter> AtlasChapters();
 
-// The chapters' functions.
+// The chapters' functions, one file each.
 std::vector<AtlasMap> LongitudinalMaps(const AtlasOptions &options);
 std::vector<AtlasMap> AzimuthalMaps(const AtlasOptions &options);
 std::vector<AtlasMap> PathMaps(const AtlasOptions &options);

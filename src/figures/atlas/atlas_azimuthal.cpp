@@ -1,4 +1,4 @@
-// The atlas: N_p. Faults 10, 11, 14.
+// The atlas's maps around the fiber: N_p. Faults 10, 11 and 14.
 #include "fibers/deon.h"
 #include "fibers/gaussian.h"
 #include "fibers/hair_model.h"
@@ -8,8 +8,6 @@
 namespace cuticle {
 
 namespace {
-
-constexpr double kDegree = kPi<double> / 180;
 
 // N_p of d'Eon's equation 10 at one azimuth after another, by quadrature over gamma or h.
 class RoughPath {
@@ -141,7 +139,8 @@ AtlasMap WrapMap(const AtlasOptions &o) {
     return map;
 }
 
-// The trimmed logistic against the sum over all turns. Chiang's model is made with the trimmed one, and so is ours.
+// The trimmed logistic against the sum over all turns. Chiang's model is made with the trimmed one, and so is
+// ours.
 AtlasMap TrimMap(const AtlasOptions &o) {
     AtlasMap map;
     map.name = "trim", map.title = "The model's own fault, stated: its logistic is trimmed, not wrapped";

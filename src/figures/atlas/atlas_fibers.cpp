@@ -4,7 +4,7 @@
 #include "fibers/hair_as_printed.h"
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
-#include "figures/sheet.h"
+#include "figures/figure.h"
 #include "materials/hair_models.h"
 #include "parser/parser.h"
 #include "render/plugins.h"

@@ -1,4 +1,4 @@
-// The atlas: the Bessel function, M_p and its sampling. Faults 1 to 5 and 15.
+// The atlas's maps along the fiber: the Bessel function, M_p and its sampling. Faults 1 to 5 and 15.
 #include "fibers/hair_as_printed.h"
 #include "fibers/hair_model.h"
 #include "fibers/longitudinal.h"
@@ -8,8 +8,6 @@
 namespace cuticle {
 
 namespace {
-
-constexpr double kDegree = kPi<double> / 180;
 
 AtlasAxis Roughness(double exponent, const AtlasOptions &o) {
     return {"β_m", "beta_m", exponent, 0, o.quick ? size_t(10) : size_t(40), true};

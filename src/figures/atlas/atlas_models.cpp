@@ -14,8 +14,6 @@ namespace cuticle {
 
 namespace {
 
-constexpr double kDegree = kPi<double> / 180;
-
 // A plane of parameters: how x and y set a fiber and its viewer's theta (degrees).
 struct Plane {
     const char *name, *title;

@@ -1,4 +1,5 @@
-// The atlas: what is lost on the way through the fiber. Faults 7, 8, 9, 12, 13, 16.
+// The atlas's maps of paths through the fiber: A_p, the last lobe, Marschner's cubic, reciprocity. Faults 7,
+// 8, 9, 12, 13 and 16.
 #include "fibers/deon.h"
 #include "fibers/hair.h"
 #include "fibers/hair_model.h"
@@ -11,13 +12,12 @@ namespace cuticle {
 
 namespace {
 
-constexpr double kDegree = kPi<double> / 180;
 constexpr double kEta = 1.55;
 
 size_t Cells(const AtlasOptions &o) { return o.quick ? 10 : 30; }
 
-// Pharr's listing: the sines and cosines that it forms, from sin theta alone, and the series' rest divided as printed. In long
-// double, and told the cosine, it is the truth of these maps: nothing of ours is in it.
+// Pharr's listing: the sines and cosines that it forms, from sin theta alone, and the series' rest divided as
+// printed. In long double, and told the cosine, it is the truth of these maps: nothing of ours is in it.
 template <typename T>
 struct PrintedPath {
     PrintedPath(T sinThetaO, T h, T sigma)
@@ -52,7 +52,7 @@ struct OurPath {
     T transmitted, tail;
 };
 
-// Against 1, the light that comes in, where a share itself vanishes.
+// The error of a share, relative to 1, the light that comes in: shares themselves may vanish.
 double ErrorOf(double value, long double exact) { return std::abs(static_cast<double>(value - exact)); }
 
 AtlasMap EdgeMap(const AtlasOptions &) {
@@ -101,7 +101,8 @@ AtlasMap GrazingMap(const AtlasOptions &o) {
         return ErrorOf(static_cast<double>(value), exact) / static_cast<double>(exact);
     };
     map.panels = FourPanels(map, error);
-    // The loop that wraps by whole turns stands still where a turn is less than half a unit in the last place.
+    // The loop that wraps by whole turns stands still where a turn is less than half a unit in the last
+    // place.
     double stuck = 1;
     while (static_cast<float>(stuck) - 2 * static_cast<float>(kPi<double>) != static_cast<float>(stuck))
         stuck *= 2;

@@ -1,4 +1,5 @@
-// The atlas: random numbers at their ends, directions that are rounded, rays that meet curves. Faults 17, 18, 19, 22.
+// The atlas's maps of sampling: random numbers at their ends, directions that are rounded, rays that meet
+// curves. Faults 17, 18, 19 and 22.
 #include "core/sampling.h"
 #include "fibers/hair_model.h"
 #include "figures/atlas/atlas.h"
@@ -11,8 +12,6 @@
 namespace cuticle {
 
 namespace {
-
-constexpr double kDegree = kPi<double> / 180;
 
 // pbrt-v3's: the even and the odd bits of u 2^32, 16 each. (It stops the program where u 2^32 does not fit.)
 uint32_t CompactBits(uint64_t x) {
@@ -128,7 +127,7 @@ AtlasMap RoundTripMap(const AtlasOptions &o) {
     return map;
 }
 
-// --- curves -----------------------------------------------------------------------------------------------------
+// --- curves ------------------------------------------------------------------------------------------------
 
 constexpr float kWidth = 0.02f;
 

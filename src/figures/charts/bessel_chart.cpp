@@ -1,9 +1,11 @@
-// I_0, its logarithm and M_p, in every way that papers and renderers compute them.
+// The chart of I_0, its logarithm and M_p, in every way that papers and renderers compute them.
 #include "core/special.h"
 #include "fibers/hair_as_printed.h"
 #include "fibers/hair_model.h"
 #include "figures/charts/charts.h"
 #include "figures/charts/cost.h"
+
+#include <fmt/format.h>
 
 #include <boost/multiprecision/cpp_bin_float.hpp>
 
@@ -16,10 +18,10 @@ namespace {
 
 using Big = boost::multiprecision::cpp_bin_float_50;
 
-// --- the truth, in 50 digits ----------------------------------------------------------------------------------------
+// --- the truth, in 50 digits -------------------------------------------------------------------------------
 
-// exp(-x) I_0(x): the power series below x = 80, the asymptotic one above, whose smallest term is there of the order of
-// exp(-160).
+// exp(-x) I_0(x): the power series below x = 80, the asymptotic one above, where its smallest term is of the
+// order of exp(-160).
 Big ExactI0e(const Big &x) {
     const Big enough("1e-52");
     Big term = 1, sum = 1;
@@ -45,7 +47,7 @@ Big ExactMp(double cosI, double cosO, double sinI, double sinO, double variance)
     return ExactI0e(ci * co / v) * exp(-(1 - ci * co + si * so) / v) / (v * (1 - exp(-2 / v)));
 }
 
-// --- ways to compute I_0 --------------------------------------------------------------------------------------------
+// --- ways to compute I_0 -----------------------------------------------------------------------------------
 
 // d'Eon 2011's sum to i = 10, as renderers that follow it have it: 11 terms.
 template <typename T>
@@ -103,7 +105,7 @@ T MendedLogI0(T x) {
     return std::log(as_printed::I0(x));
 }
 
-// --- ways to compute M_p --------------------------------------------------------------------------------------------
+// --- ways to compute M_p -----------------------------------------------------------------------------------
 
 // d'Eon et al. 2011, equation 7, letter by letter.
 template <typename T>
@@ -119,21 +121,22 @@ T MendedMp(T cosI, T cosO, T sinI, T sinO, T v) {
     return std::exp(-b) * as_printed::I0(a) / (std::sinh(1 / v) * 2 * v);
 }
 
-// --- measuring ------------------------------------------------------------------------------------------------------
+// --- measuring ---------------------------------------------------------------------------------------------
 
-// What a method gives: I_0, exp(-x) I_0, log I_0 (its absolute error becomes a relative one of M_p), or M_p.
-enum class Form { Plain, Scaled, Logarithm, Lobe };
-// Their colours.
-enum Family { Paper = 1, Renderers = 4, Mended = 3, Library = 7, Ours = 0 };
+// The quantity that a method computes: I_0, exp(-x) I_0, log I_0 (its absolute error becomes a relative one
+// of M_p), or M_p.
+enum class BesselForm { Plain, Scaled, Logarithm, Lobe };
+// Colours of the methods.
+enum BesselFamily { Paper = 1, Renderers = 4, Mended = 3, Library = 7, Ours = 0 };
 
-// The numbers that a method is given, rounded to T: x, or cos theta_i, cos theta_o, sin theta_i, sin theta_o, v. exact:
-// exp(-x) I_0(x), or M_p, for the rounded numbers.
+// The numbers that a method is given, rounded to T: x, or cos theta_i, cos theta_o, sin theta_i, sin theta_o,
+// v. exact: exp(-x) I_0(x), or M_p, for the rounded numbers.
 template <typename T>
 struct Numbers {
     std::array<T, 5> x;
     Big exact;
 };
-struct Place {
+struct BesselArgument {
     Numbers<float> narrow;
     Numbers<double> wide;
     template <typename T>
@@ -144,44 +147,45 @@ struct Place {
             return wide;
     }
 };
-struct Method {
+struct BesselMethod {
     std::string name;
-    Family family;
-    Form form;
-    double (*value)(const Place &);
+    BesselFamily family;
+    BesselForm form;
+    double (*value)(const BesselArgument &);
     bool narrow; // computes in binary32
 };
 
 template <typename T, T (*function)(T)>
-Method OfOne(const char *name, Family family, Form form) {
-    return {name, family, form, [](const Place &p) { return static_cast<double>(function(p.As<T>().x[0])); },
+BesselMethod OfOne(const char *name, BesselFamily family, BesselForm form) {
+    return {name, family, form,
+            [](const BesselArgument &p) { return static_cast<double>(function(p.As<T>().x[0])); },
             std::same_as<T, float>};
 }
 template <typename T, T (*function)(T, T, T, T, T)>
-Method OfFive(const char *name, Family family) {
-    const auto value = [](const Place &p) {
+BesselMethod OfFive(const char *name, BesselFamily family) {
+    const auto value = [](const BesselArgument &p) {
         const auto &x = p.As<T>().x;
         return static_cast<double>(function(x[0], x[1], x[2], x[3], x[4]));
     };
-    return {name, family, Form::Lobe, value, std::same_as<T, float>};
+    return {name, family, BesselForm::Lobe, value, std::same_as<T, float>};
 }
 template <typename T>
 T OurLogI0(T x) {
     return x + std::log(I0e(x));
 }
 
-// exact: from the rounded numbers.
+// Rounds the numbers; exact computes the truth from the rounded ones.
 template <typename Exact>
-Place MakePlace(const std::array<double, 5> &numbers, Exact exact) {
-    Place p;
+BesselArgument MakeArgument(const std::array<double, 5> &numbers, Exact exact) {
+    BesselArgument p;
     for (size_t i = 0; i < 5; ++i)
         p.narrow.x[i] = static_cast<float>(numbers[i]), p.wide.x[i] = numbers[i];
     p.narrow.exact = exact(p.narrow.x), p.wide.exact = exact(p.wide.x);
     return p;
 }
 
-// Infinite where the method gives no number.
-double Error(const Method &m, const Place &p) {
+// The relative error; infinite where the method gives no number.
+double ErrorOf(const BesselMethod &m, const BesselArgument &p) {
     const double value = m.value(p);
     if (!std::isfinite(value))
         return INFINITY;
@@ -189,41 +193,42 @@ double Error(const Method &m, const Place &p) {
               exact = m.narrow ? p.narrow.exact : p.wide.exact;
     Big error;
     switch (m.form) {
-    case Form::Plain:
+    case BesselForm::Plain:
         error = value * exp(-x) / exact - 1;
         break;
-    case Form::Scaled:
-    case Form::Lobe:
+    case BesselForm::Scaled:
+    case BesselForm::Lobe:
         error = value / exact - 1;
         break;
-    case Form::Logarithm:
+    case BesselForm::Logarithm:
         error = value - x - log(exact);
         break;
     }
     return static_cast<double>(abs(error));
 }
 
-// Fills the table and gives the points of one panel. Times are those of the values that are numbers, in the order of v.
-std::vector<CostPoint> Measure(const char *quantity, const std::vector<Method> &methods,
-                               const std::vector<Place> &places, int rounds, Table *table) {
+// Fills the table and returns the points of one panel. Times are those of the values that are numbers, in the
+// order of v.
+std::vector<CostPoint> Measure(const char *quantity, const std::vector<BesselMethod> &methods,
+                               const std::vector<BesselArgument> &places, int rounds, Table *table) {
     std::vector<CostPoint> points;
-    std::vector<std::vector<Place>> computed(methods.size());
+    std::vector<std::vector<BesselArgument>> computed(methods.size());
     std::vector<double> mean(methods.size());
     for (size_t k = 0; k < methods.size(); ++k) {
-        double greatest = 0;
-        for (const Place &p : places) {
-            const double e = Error(methods[k], p);
-            greatest = std::max(greatest, e);
+        double largest = 0;
+        for (const BesselArgument &p : places) {
+            const double e = ErrorOf(methods[k], p);
+            largest = std::max(largest, e);
             if (std::isfinite(e))
                 computed[k].push_back(p), mean[k] += e;
         }
         mean[k] /= static_cast<double>(computed[k].size());
-        points.push_back({PlainText(methods[k].name), 0, greatest, methods[k].family});
+        points.push_back({PlainText(methods[k].name), 0, largest, methods[k].family});
     }
     std::vector<std::function<void()>> jobs;
     for (size_t k = 0; k < methods.size(); ++k)
         jobs.push_back([&methods, &computed, k] {
-            for (const Place &p : computed[k])
+            for (const BesselArgument &p : computed[k])
                 Keep(methods[k].value(p));
         });
     const std::vector<double> seconds = TimeInTurns(jobs, rounds);
@@ -235,95 +240,99 @@ std::vector<CostPoint> Measure(const char *quantity, const std::vector<Method> &
     return points;
 }
 
-// The greatest error of each method at every v: places come in blocks of one v.
-PlotPanel ErrorAgainstV(const std::vector<Method> &methods, const std::vector<Place> &places) {
+// The largest error of each method at every v; arguments come in blocks of one v.
+PlotPanel ErrorAgainstV(const std::vector<BesselMethod> &methods, const std::vector<BesselArgument> &places) {
     PlotPanel panel;
     panel.title = "M_p by roughness variance";
     panel.right = 0.55;
     panel.x = {.label = "v (rad^2)", .log = true, .min = 1e-8, .max = 100};
-    panel.y = {.label = "greatest relative error", .log = true, .min = 1e-17, .max = 10};
-    for (const Method &m : methods) {
+    panel.y = {.label = "largest relative error", .log = true, .min = 1e-17, .max = 10};
+    for (const BesselMethod &m : methods) {
         PlotSeries line;
         line.label = PlainText(m.name);
         line.color = m.family;
         line.dash = m.narrow ? PlotDash::Solid : PlotDash::Dashed;
-        for (const Place &p : places) {
+        for (const BesselArgument &p : places) {
             const double v = p.wide.x[4];
             if (line.x.empty() || v != line.x.back())
                 line.x.push_back(v), line.y.push_back(0);
-            line.y.back() = std::max(line.y.back(), Error(m, p));
+            line.y.back() = std::max(line.y.back(), ErrorOf(m, p));
         }
         panel.series.push_back(line);
     }
     return panel;
 }
 
-} // namespace
+// Ways to compute I_0, log I_0 and M_p. To add one: write it above as a template, and give it a row here.
+using enum BesselForm;
+const std::vector<BesselMethod> kI0 = {
+    OfOne<float, as_printed::I0<float>>("10 terms (Pharr), float", Paper, Plain),
+    OfOne<double, as_printed::I0<double>>("10 terms (Pharr), double", Paper, Plain),
+    OfOne<double, SumOf11<double>>("11 terms (d'Eon), double", Paper, Plain),
+    OfOne<float, SumOf11<float>>("11 terms (Mitsuba 3, Tungsten), float", Renderers, Plain),
+    OfOne<float, SumOf10WithFactorials<float>>("10 terms (pbrt-v3, -v4, Cycles), float", Renderers, Plain),
+    OfOne<float, HandbookI0e<float>>("handbook 9.8 (vkdt), scaled, float", Renderers, Scaled),
+    OfOne<double, HandbookI0e<double>>("handbook 9.8, scaled, double", Library, Scaled),
+    OfOne<double, LibraryI0>("std::cyl_bessel_i to x = 700, double", Library, Plain),
+    OfOne<float, I0e<float>>("ours, scaled, float", Ours, Scaled),
+    OfOne<double, I0e<double>>("ours, scaled, double", Ours, Scaled),
+};
+const std::vector<BesselMethod> kLogarithm = {
+    OfOne<float, as_printed::LogI0<float>>("d'Eon 2013, Pharr, all renderers, float", Paper, Logarithm),
+    OfOne<double, as_printed::LogI0<double>>("the same, double", Paper, Logarithm),
+    OfOne<float, MendedLogI0<float>>("with 1/(8x) in its place, float", Mended, Logarithm),
+    OfOne<double, MendedLogI0<double>>("with 1/(8x) in its place, double", Mended, Logarithm),
+    OfOne<float, OurLogI0<float>>("ours, x + log(scaled), float", Ours, Logarithm),
+    OfOne<double, OurLogI0<double>>("ours, x + log(scaled), double", Ours, Logarithm),
+};
+const std::vector<BesselMethod> kMp = {
+    OfFive<float, Equation7<float>>("d'Eon 2011, equation 7, float", Paper),
+    OfFive<double, Equation7<double>>("d'Eon 2011, equation 7, double", Paper),
+    OfFive<float, as_printed::Mp<float>>("Pharr, all renderers, float", Renderers),
+    OfFive<double, as_printed::Mp<double>>("Pharr, double", Paper),
+    OfFive<float, MendedMp<float>>("Pharr, logarithms mended, float", Mended),
+    OfFive<double, MendedMp<double>>("Pharr, logarithms mended, double", Mended),
+    OfFive<float, Mp<float>>("ours, float", Ours),
+    OfFive<double, Mp<double>>("ours, double", Ours),
+};
 
-FigureData BesselChart(const FigureOptions &options) {
-    using enum Form;
-    const std::vector<Method> i0 = {
-        OfOne<float, as_printed::I0<float>>("10 terms (Pharr), float", Paper, Plain),
-        OfOne<double, as_printed::I0<double>>("10 terms (Pharr), double", Paper, Plain),
-        OfOne<double, SumOf11<double>>("11 terms (d'Eon), double", Paper, Plain),
-        OfOne<float, SumOf11<float>>("11 terms (Mitsuba 3, Tungsten), float", Renderers, Plain),
-        OfOne<float, SumOf10WithFactorials<float>>("10 terms (pbrt-v3, -v4, Cycles), float", Renderers,
-                                                   Plain),
-        OfOne<float, HandbookI0e<float>>("handbook 9.8 (vkdt), scaled, float", Renderers, Scaled),
-        OfOne<double, HandbookI0e<double>>("handbook 9.8, scaled, double", Library, Scaled),
-        OfOne<double, LibraryI0>("std::cyl_bessel_i to x = 700, double", Library, Plain),
-        OfOne<float, I0e<float>>("ours, scaled, float", Ours, Scaled),
-        OfOne<double, I0e<double>>("ours, scaled, double", Ours, Scaled),
-    };
-    const std::vector<Method> logarithm = {
-        OfOne<float, as_printed::LogI0<float>>("d'Eon 2013, Pharr, all renderers, float", Paper, Logarithm),
-        OfOne<double, as_printed::LogI0<double>>("the same, double", Paper, Logarithm),
-        OfOne<float, MendedLogI0<float>>("with 1/(8x) in its place, float", Mended, Logarithm),
-        OfOne<double, MendedLogI0<double>>("with 1/(8x) in its place, double", Mended, Logarithm),
-        OfOne<float, OurLogI0<float>>("ours, x + log(scaled), float", Ours, Logarithm),
-        OfOne<double, OurLogI0<double>>("ours, x + log(scaled), double", Ours, Logarithm),
-    };
-    const std::vector<Method> mp = {
-        OfFive<float, Equation7<float>>("d'Eon 2011, equation 7, float", Paper),
-        OfFive<double, Equation7<double>>("d'Eon 2011, equation 7, double", Paper),
-        OfFive<float, as_printed::Mp<float>>("Pharr, all renderers, float", Renderers),
-        OfFive<double, as_printed::Mp<double>>("Pharr, double", Paper),
-        OfFive<float, MendedMp<float>>("Pharr, logarithms mended, float", Mended),
-        OfFive<double, MendedMp<double>>("Pharr, logarithms mended, double", Mended),
-        OfFive<float, Mp<float>>("ours, float", Ours),
-        OfFive<double, Mp<double>>("ours, double", Ours),
-    };
-
-    // x = 1 / v, the argument at normal incidence; theta_o over a quarter, theta_i up to three widths off the mirror
-    // direction.
-    std::vector<Place> arguments, places;
-    for (const double v : Logspace(1e-8, 100, options.quick ? 41 : 201)) {
-        arguments.push_back(MakePlace({1 / v, 0, 0, 0, 0}, [](const auto &x) { return ExactI0e(x[0]); }));
+// The methods are measured at these: x = 1 / v, the argument at normal incidence; for M_p theta_o over a
+// quarter, theta_i up to three widths off the mirror direction.
+struct BesselArguments {
+    std::vector<BesselArgument> x, mp;
+};
+BesselArguments ArgumentsOf(bool quick) {
+    BesselArguments at;
+    for (const double v : Logspace(1e-8, 100, quick ? 41 : 201)) {
+        at.x.push_back(MakeArgument({1 / v, 0, 0, 0, 0}, [](const auto &x) { return ExactI0e(x[0]); }));
         for (const double thetaO : {0., 0.4, 0.8, 1.2, 1.5})
             for (const double widths : {-3., -1., 0., 1., 3.}) {
                 const double thetaI = std::clamp(-thetaO + widths * std::sqrt(v), -1.57, 1.57);
-                places.push_back(
-                    MakePlace({std::cos(thetaI), std::cos(thetaO), std::sin(thetaI), std::sin(thetaO), v},
-                              [](const auto &x) { return ExactMp(x[0], x[1], x[2], x[3], x[4]); }));
+                at.mp.push_back(
+                    MakeArgument({std::cos(thetaI), std::cos(thetaO), std::sin(thetaI), std::sin(thetaO), v},
+                                 [](const auto &x) { return ExactMp(x[0], x[1], x[2], x[3], x[4]); }));
             }
     }
+    return at;
+}
 
+} // namespace
+
+FigureData BesselChart(const FigureOptions &options) {
+    const BesselArguments at = ArgumentsOf(options.quick);
     FigureData data{Table({"quantity", "method", "greatest_error", "mean_error_where_finite", "failing_share",
-                           "ns_per_value"}),
-                    {},
-                    "",
-                    {}};
+                           "ns_per_value"})};
     const int rounds = options.quick ? 10 : 300;
-    const char *const cost = "time of a value (ns)";
-    const auto i0Points = Measure("I0", i0, arguments, rounds * 10, &data.table);
-    const auto logPoints = Measure("log I0", logarithm, arguments, rounds * 10, &data.table);
-    const auto mpPoints = Measure("Mp", mp, places, rounds, &data.table);
+    const char *const cost = "CPU time of a value (ns)";
+    const auto i0Points = Measure("I0", kI0, at.x, rounds * 10, &data.table);
+    const auto logPoints = Measure("log I0", kLogarithm, at.x, rounds * 10, &data.table);
+    const auto mpPoints = Measure("Mp", kMp, at.mp, rounds, &data.table);
     data.plot.width = 960, data.plot.height = 400;
     data.plot.panels = {
-        CostPanel("exp(-x) I_0(x)", cost, "greatest relative error", i0Points, 1e-17, 10),
-        CostPanel("log I_0(x)", cost, "greatest error, absolute", logPoints, 1e-17, 10),
-        CostPanel("M_p", cost, "greatest relative error", mpPoints, 1e-17, 10),
-        ErrorAgainstV({mp[0], mp[2], mp[3], mp[5], mp[6], mp[7]}, places),
+        CostPanel("exp(-x) I_0(x)", cost, "largest relative error", i0Points, 1e-17, 10),
+        CostPanel("log I_0(x)", cost, "largest error, absolute", logPoints, 1e-17, 10),
+        CostPanel("M_p", cost, "largest relative error", mpPoints, 1e-17, 10),
+        ErrorAgainstV({kMp[0], kMp[2], kMp[3], kMp[5], kMp[6], kMp[7]}, at.mp),
     };
     data.checks = {
         {"exp(-x) I_0 of ours in binary32 is off by at most", i0Points[8].error, 0, 5e-7},
@@ -332,13 +341,10 @@ FigureData BesselChart(const FigureOptions &options) {
         {"M_p as printed, in binary32, is off by more than", mpPoints[2].error, 1, INFINITY},
         {"M_p of ours in binary64 is off by at most", mpPoints[7].error, 0, 1e-10},
     };
-    data.note =
-        Printed(
-            "As the renderers have it in binary32, M_p is off by up to a factor of %.0f (at v = 10^{-8}); ",
-            1 + mpPoints[2].error) +
-        Printed("ours by %.1g, for ", mpPoints[6].error) +
-        Printed("%.2f of the time. Failures, and errors above 10, are drawn at 10.",
-                mpPoints[6].cost / mpPoints[2].cost);
+    data.note = fmt::format(
+        "As the renderers have it in binary32, M_p is off by up to a factor of {:.0f} (at v = 10^{{-8}}); "
+        "ours by {:.1g}, for {:.2f} of the time. Failures, and errors above 10, are drawn at 10.",
+        1 + mpPoints[2].error, mpPoints[6].error, mpPoints[6].cost / mpPoints[2].cost);
     return data;
 }
 

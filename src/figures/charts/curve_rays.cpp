@@ -1,12 +1,12 @@
 #include "figures/charts/curve_rays.h"
 
+#include "core/clock.h"
 #include "core/sampling.h"
 #include "shapes/curve.h"
 
 #include <embree3/rtcore.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <random>
 
@@ -66,9 +66,9 @@ CurveTasks MakeCurveTasks(const CurveSet &set, int side) {
     return tasks;
 }
 
-// --- Embree ---------------------------------------------------------------------------------------------------------
+// --- Embree ------------------------------------------------------------------------------------------------
 
-EmbreeCurves::EmbreeCurves(const std::vector<CurveSegment> &segments, Kind kind, float tessellation)
+EmbreeCurves::EmbreeCurves(const std::vector<CurveSegment> &segments, EmbreeShape shape, float tessellation)
     : device_(rtcNewDevice("threads=0")), scene_(rtcNewScene(device_)) {
     rtcSetDeviceMemoryMonitorFunction(
         device_,
@@ -77,9 +77,9 @@ EmbreeCurves::EmbreeCurves(const std::vector<CurveSegment> &segments, Kind kind,
             return true;
         },
         this);
-    const auto from = std::chrono::steady_clock::now();
-    RTCGeometry geometry = rtcNewGeometry(device_, kind == Flat ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
-                                                                : RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE);
+    const double start = ProcessCpuSeconds();
+    RTCGeometry geometry = rtcNewGeometry(device_, shape == Flat ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
+                                                                 : RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE);
     auto *vertices = static_cast<float *>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 4 * segments.size()));
     auto *indices = static_cast<uint32_t *>(
@@ -100,7 +100,7 @@ EmbreeCurves::EmbreeCurves(const std::vector<CurveSegment> &segments, Kind kind,
     rtcReleaseGeometry(geometry);
     rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
     rtcCommitScene(scene_);
-    seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count();
+    seconds_ = ProcessCpuSeconds() - start;
 }
 
 EmbreeCurves::~EmbreeCurves() {
@@ -138,11 +138,11 @@ bool EmbreeCurves::Occluded(const CurveTask &task) const {
     return ray.tfar < 0;
 }
 
-// --- the truth ------------------------------------------------------------------------------------------------------
+// --- the truth ---------------------------------------------------------------------------------------------
 
 namespace {
 
-// Finds every segment whose box a ray meets: a plain tree, halved by number.
+// A plain tree, halved by number, that finds every segment whose box a ray meets.
 class OracleTree {
   public:
     explicit OracleTree(const std::vector<CurveSegment> &segments) : segments_(segments) {

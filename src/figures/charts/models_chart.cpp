@@ -18,7 +18,6 @@ namespace cuticle {
 
 namespace {
 
-constexpr double kDegree = kPi<double> / 180;
 using Parameters = std::vector<double>;
 using Colors = std::array<float, 3>;
 
@@ -494,6 +493,8 @@ PlotPanel PanelOf(const std::vector<Model> &models, const std::vector<Mean> &mea
         line.color = points[0][k].family, line.marker = 6, line.width = 1;
         for (const auto &ofSection : points)
             line.x.push_back(ofSection[k].cost), line.y.push_back(ofSection[k].error);
+        panel.x.min = std::min(*panel.x.min, points[1][k].cost / 1.4);
+        panel.x.max = std::max(*panel.x.max, points[1][k].cost * 1.6);
         panel.series.push_back(line);
     }
     return panel;
@@ -554,10 +555,7 @@ FigureData ModelsChart(const FigureOptions &options) {
 
     FigureData data{Table({"axis_ratio", "roughness", "sigma_a", "alpha_deg", "model", "relative_RMS_error",
                            "error_lit_at_0_deg", "error_lit_at_45_deg", "noise_of_the_simulation",
-                           "ns_of_an_evaluation", "ns_of_a_sample", "relative_variance_of_a_sample"}),
-                    {},
-                    "",
-                    {}};
+                           "ns_of_an_evaluation", "ns_of_a_sample", "relative_variance_of_a_sample"})};
     const std::vector<Query> queries = Queries(quick ? 1000 : 8000);
     std::vector<Mean> mean(models.size());
     const auto round = static_cast<size_t>(
@@ -592,8 +590,8 @@ FigureData ModelsChart(const FigureOptions &options) {
     }
     data.plot.width = 900, data.plot.height = 400;
     data.plot.panels = {
-        PanelOf(models, mean, &Mean::evaluate, "time of an evaluation, set-up included (ns)"),
-        PanelOf(models, mean, &Mean::effort, "relative variance of a sample times its time (ns)")};
+        PanelOf(models, mean, &Mean::evaluate, "CPU time of an evaluation, set-up included (ns)"),
+        PanelOf(models, mean, &Mean::effort, "relative variance of a sample times its CPU time (ns)")};
     data.checks = LawsOf(mean, noisiest, quick);
     data.note = NoteOf(grid, round, fibers.size() - round, noisiest);
     return data;

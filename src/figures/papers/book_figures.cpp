@@ -1,10 +1,12 @@
-// Pictures that the book draws for itself, beside those of the papers: the recursion along a curve, one random number made
-// two, two ways to find a lamp, and the colours of pigments.
+// Pictures that the book draws for itself, beside those of the papers: the recursion along a curve, the
+// capsule around a piece, one random number made two, two ways to find a lamp, and the colours of pigments.
 #include "core/sampling.h"
 #include "fibers/hair.h"
 #include "figures/papers/paper_figures.h"
-#include "figures/sheet.h"
+#include "figures/papers/sheet.h"
 #include "shapes/curve_set.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -12,9 +14,9 @@ namespace cuticle {
 
 namespace {
 
-// --- the recursion ------------------------------------------------------------------------------------------------
+// --- the recursion -----------------------------------------------------------------------------------------
 
-// A part of a plane cubic, between two of its parameters.
+// A part of a plane cubic, between its parameters u0 and u1.
 struct CurvePart {
     std::array<P2, 4> cp;
     double u0, u1;
@@ -39,11 +41,11 @@ std::array<CurvePart, 2> Halves(const CurvePart &part) {
     const double u = (part.u0 + part.u1) / 2;
     return {CurvePart{{p[0], a, b, middle}, part.u0, u}, CurvePart{{middle, c, d, p[3]}, u, part.u1}};
 }
-struct Box {
+struct SheetBox {
     P2 low, high;
     bool HoldsOrigin() const { return low.x <= 0 && low.y <= 0 && high.x >= 0 && high.y >= 0; }
 };
-Box BoxOf(const CurvePart &part, double radius) {
+SheetBox SheetBoxOf(const CurvePart &part, double radius) {
     const auto [x0, x1] = std::minmax({part.cp[0].x, part.cp[1].x, part.cp[2].x, part.cp[3].x});
     const auto [y0, y1] = std::minmax({part.cp[0].y, part.cp[1].y, part.cp[2].y, part.cp[3].y});
     return {{x0 - radius, y0 - radius}, {x1 + radius, y1 + radius}};
@@ -55,10 +57,10 @@ std::vector<P2> Points(const CurvePart &part) {
     return points;
 }
 
-// --- two ways to find a lamp ------------------------------------------------------------------------------------------
+// --- two ways to find a lamp -------------------------------------------------------------------------------
 
-// The mean of an estimate and its standard deviation, from samples.
-struct Estimate {
+// Sums of samples that give their mean and standard deviation.
+struct RunningMoments {
     double sum = 0, squares = 0;
     size_t n = 0;
     void Add(double x) { sum += x, squares += x * x, ++n; }
@@ -67,7 +69,7 @@ struct Estimate {
         return std::sqrt(std::max(0., squares / static_cast<double>(n) - Mean() * Mean()));
     }
 };
-// Light that a hair scatters to the viewer from a lamp, a cone of even radiance that holds one unit of light.
+// A hair, its viewer and a lamp: a cone of even radiance that holds one unit of light.
 struct LitHair {
     float beta;
     Vector3f wo;
@@ -77,12 +79,13 @@ struct LitHair {
     bool InLamp(const Vector3f &wi) const { return Dot(wi, lamp.z) >= cosLamp; }
     HairBSDF At(Float h) const { return HairBSDF(h, 1.55f, Spectrum(0.1f), beta, beta, 0); }
 };
-struct Estimates {
-    Estimate byLamp, byHair, together;
+struct LampEstimates {
+    RunningMoments byLamp, byHair, together;
     size_t found = 0; // times that sampling the hair has found the lamp
 };
-// Where a ray has met the hair: one sample by the lamp, one by the hair, and the two together by the power heuristic.
-void SampleLamp(const LitHair &scene, RNG *rng, Estimates *e) {
+// Takes samples where a ray has met the hair: one by the lamp, one by the hair, and the two together by the
+// power heuristic.
+void SampleLamp(const LitHair &scene, RNG *rng, LampEstimates *e) {
     const auto u = [rng] { return rng->UniformFloat(); };
     const HairBSDF hair = scene.At(2 * u() - 1);
     const Float lampPdf = UniformConePdf(scene.cosLamp);
@@ -118,7 +121,7 @@ FigureData BookCapsule(const FigureOptions &) {
     const P2 across = {-chord.y / length, chord.x / length};
 
     Sheet sheet({-2.75, -1.4}, {2.75, 1});
-    FigureData data{Table({"u", "x", "y", "from_chord", "from_axis"}), {}, "", {}};
+    FigureData data{Table({"u", "x", "y", "from_chord", "from_axis"})};
     const auto draw = [&](P2 from, double r, int color, PlotDash dash) {
         const double angle = std::atan2(chord.y, chord.x), quarter = kPi<double> / 2;
         sheet.Line({from + across * r, from + chord + across * r}, color, dash, 2);
@@ -161,18 +164,18 @@ FigureData BookRecursion(const FigureOptions &) {
     for (const double u : Linspace(0, 1, 100001))
         if (Dot(whole(u), whole(u)) < Dot(whole(nearest), whole(nearest)))
             nearest = u;
-    FigureData data{Table({"depth", "u_0", "u_1", "x_low", "y_low", "x_high", "y_high", "kept"}), {}, "", {}};
+    FigureData data{Table({"depth", "u_0", "u_1", "x_low", "y_low", "x_high", "y_high", "kept"})};
     std::vector<CurvePart> parts = {whole};
     double quarter = 0;
     size_t lost = 0, looked = 0;
     for (int depth = 0; depth < 4; ++depth) {
         Sheet sheet({-2, -1.25}, {2, 1.25});
-        sheet.panel.title = Printed("depth %.0f", depth);
+        sheet.panel.title = fmt::format("depth {}", depth);
         sheet.Line(Points(whole), kInk);
         std::vector<CurvePart> next;
         bool found = false;
         for (const CurvePart &part : parts) {
-            const Box box = BoxOf(part, radius);
+            const SheetBox box = SheetBoxOf(part, radius);
             const bool kept = box.HoldsOrigin();
             ++looked;
             sheet.Line({box.low, {box.high.x, box.low.y}, box.high, {box.low.x, box.high.y}, box.low},
@@ -200,8 +203,7 @@ FigureData BookRecursion(const FigureOptions &) {
     data.checks = {
         {"depths at which no part that is kept holds the nearest point", static_cast<double>(lost), 0, 0},
         {"a half's second differences are, of the whole's, at most", quarter, 0, 0.25 + 1e-12}};
-    data.note = Printed("The boxes of %.0f parts were looked at, of 15 in the whole tree.",
-                        static_cast<double>(looked));
+    data.note = fmt::format("The boxes of {} parts were looked at, of 15 in the whole tree.", looked);
     return data;
 }
 
@@ -219,7 +221,7 @@ FigureData BookDemux(const FigureOptions &) {
                   return Point2f(first, (u - first) * 4096);
               }},
         Split{"DemuxFloat: digits dealt out in turn", [](Float u) { return DemuxFloat(u); }}};
-    FigureData data{Table({"split", "u", "x", "y"}), {}, "", {}};
+    FigureData data{Table({"split", "u", "x", "y"})};
     std::array<size_t, 2> empty = {}, fullest = {};
     for (size_t s = 0; s < splits.size(); ++s) {
         Sheet sheet({-0.05, -0.05}, {1.05, 1.05});
@@ -249,39 +251,44 @@ FigureData BookDemux(const FigureOptions &) {
     data.checks = {{"of 64 cells DemuxFloat leaves empty", static_cast<double>(empty[1]), 0, 0},
                    {"and the fullest has, of 64 points,", static_cast<double>(fullest[1]), 1, 1},
                    {"the leading digits leave empty", static_cast<double>(empty[0]), 8, 56}};
-    data.note = Printed("On the left %.0f of the 64 cells are empty, on the right none.",
-                        static_cast<double>(empty[0]));
+    data.note = fmt::format("On the left {} of the 64 cells are empty, on the right none.", empty[0]);
     return data;
+}
+
+// The empty panel of one roughness: noise over the lamp's size, by what is sampled.
+static PlotPanel LampPanel(float beta, const std::vector<double> &angles) {
+    PlotPanel panel;
+    panel.title = fmt::format("β_m = β_n = {:g}", static_cast<double>(beta));
+    panel.legend = "bottom right";
+    panel.x = {.label = "half-angle of the lamp (degrees)",
+               .log = true,
+               .min = angles.front(),
+               .max = angles.back()};
+    panel.y = {.label = "deviation over mean", .log = true, .min = 0.5, .max = 100};
+    panel.series.resize(3);
+    const std::array<const char *, 3> names = {"lamp sampled", "hair sampled", "both, power heuristic"};
+    for (size_t k = 0; k < 3; ++k) {
+        PlotSeries &s = panel.series[k];
+        s.label = names[k], s.color = k == 0 ? kBlue : k == 1 ? kOrange : kInk;
+        s.dash = k == 2 ? PlotDash::Solid : PlotDash::Dashed, s.width = k == 2 ? 3 : 2;
+    }
+    return panel;
 }
 
 FigureData BookMis(const FigureOptions &options) {
     const size_t samples = options.quick ? 20000 : 200000;
     const std::vector<double> angles = Logspace(0.5, 90, 13);
-    FigureData data{Table({"beta", "lamp_deg", "by_lamp", "by_hair", "together"}), {}, "", {}};
+    FigureData data{Table({"beta", "lamp_deg", "by_lamp", "by_hair", "together"})};
     const Vector3f wo = Normalize(Vector3f(0.3f, 0.2f, 1));
     const Vector3f toLamp = Normalize(Vector3f(-0.3f, -0.9f, 0.5f)); // on the specular cone, nearly
     double disagree = 0, excess = -INFINITY, ratio = 0, smallest = INFINITY, largest = INFINITY;
     for (const float beta : {0.1f, 0.5f}) {
-        PlotPanel panel;
-        panel.title = Printed("β_m = β_n = %g", static_cast<double>(beta));
-        panel.legend = "bottom right";
-        panel.x = {.label = "half-angle of the lamp (degrees)",
-                   .log = true,
-                   .min = angles.front(),
-                   .max = angles.back()};
-        panel.y = {.label = "deviation over mean", .log = true, .min = 0.5, .max = 100};
-        panel.series.resize(3);
-        const std::array<const char *, 3> names = {"lamp sampled", "hair sampled", "both, power heuristic"};
-        for (size_t k = 0; k < 3; ++k) {
-            PlotSeries &s = panel.series[k];
-            s.label = names[k], s.color = k == 0 ? kBlue : k == 1 ? kOrange : kInk;
-            s.dash = k == 2 ? PlotDash::Solid : PlotDash::Dashed, s.width = k == 2 ? 3 : 2;
-        }
+        PlotPanel panel = LampPanel(beta, angles);
         for (const double degrees : angles) {
             const LitHair scene{beta, wo, Frame::FromZ(toLamp),
-                                static_cast<Float>(std::cos(degrees * kPi<double> / 180))};
+                                static_cast<Float>(std::cos(degrees * kDegree))};
             RNG rng(MixBits(static_cast<uint64_t>(degrees * 100)));
-            Estimates e;
+            LampEstimates e;
             for (size_t k = 0; k < samples; ++k)
                 SampleLamp(scene, &rng, &e);
             const double mean = e.together.Mean(), lamp = e.byLamp.Deviation() / mean,
@@ -312,7 +319,8 @@ FigureData BookMis(const FigureOptions &options) {
          -INFINITY, 0.5},
         {"of a narrow lobe and a small lamp, sampling the lamp is better by a factor of", smallest, 1, 1e6},
         {"of a narrow lobe and the largest lamp, sampling the hair by a factor of", largest, 1, 1e6}};
-    data.note = Printed("Both together deviate at most %.2f times as much as the better of the two.", ratio);
+    data.note =
+        fmt::format("Both together deviate at most {:.2f} times as much as the better of the two.", ratio);
     return data;
 }
 
@@ -322,7 +330,7 @@ FigureData BookPigments(const FigureOptions &) {
     const double s =
         1 /
         std::sqrt(static_cast<double>(HairBSDF::SigmaAFromReflectance(Spectrum(std::exp(-1.f)), betaN)[0]));
-    FigureData data{Table({"eumelanin", "pheomelanin", "red", "green", "blue"}), {}, "", {}};
+    FigureData data{Table({"eumelanin", "pheomelanin", "red", "green", "blue"})};
     PlotHeatMap map;
     map.columns = 70, map.rows = 70;
     map.xMin = map.yMin = -2.5, map.xMax = map.yMax = 1;

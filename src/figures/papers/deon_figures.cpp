@@ -1,4 +1,5 @@
-// The plots of d'Eon, Francois, Hill, Letteri and Aubry's "An Energy-Conserving Hair Reflectance Model" (2011).
+// The plots of "An Energy-Conserving Hair Reflectance Model" by d'Eon, Francois, Hill, Letteri and Aubry
+// (2011).
 #include "core/color.h"
 #include "fibers/deon.h"
 #include "fibers/hair.h"
@@ -6,14 +7,14 @@
 #include "fibers/smooth_fiber.h"
 #include "figures/papers/paper_figures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace cuticle {
 
 namespace {
-
-constexpr double kDegree = kPi<double> / 180;
 
 // The integral of f over [low, high], in pieces of 64 nodes each.
 template <typename F>
@@ -27,7 +28,7 @@ double Integrate(double low, double high, int pieces, F f) {
     return sum;
 }
 
-// Melanin as Donner and Jensen 2006 have it, per mm of the pure pigment; lambda in nm.
+// Absorption of the pure pigments per mm, as Donner and Jensen 2006 have it; lambda in nm.
 double EumelaninAbsorption(double lambda) { return 6.6e10 * std::pow(lambda, -3.33); }
 double PheomelaninAbsorption(double lambda) { return 2.9e14 * std::pow(lambda, -4.75); }
 
@@ -61,9 +62,9 @@ double PigmentDifference(double thickness, double mmOfUnit, double pheomelanin) 
                      XYZToLab(RGBToXYZ(RgbTransmission(thickness, pheomelanin))));
 }
 
-// The least of f, which has one minimum between low and high: golden sections.
+// The place of the minimum of f, which has one between low and high, by golden sections.
 template <typename F>
-double Minimize(double low, double high, F f) {
+double ArgMin(double low, double high, F f) {
     const double golden = (std::sqrt(5.) - 1) / 2;
     for (int step = 0; step < 60; ++step) {
         const double a = high - golden * (high - low), b = low + golden * (high - low);
@@ -74,21 +75,22 @@ double Minimize(double low, double high, F f) {
 
 } // namespace
 
-// Equation 5: N_R integrates to 1, so that only M_R and the cosines remain; each M_p at the width that the paper gives
-// it, beta of theta_h, of 2 theta_h, of the sphere.
+// Equation 5: N_R integrates to 1, so that only M_R and the cosines remain; each M_p at the width that the
+// paper gives it, beta of theta_h, of 2 theta_h, of the sphere.
 FigureData Deon03(const FigureOptions &) {
-    struct Form {
+    struct DrawnForm {
         LongitudinalForm form;
         const char *name, *title;
         double widths; // standard deviation of theta_i + theta_r in beta
     };
-    const Form forms[] = {{LongitudinalForm::HalfAngle, "gaussian_theta_h", "g(β; θ_h), Marschner 2003", 2},
-                          {LongitudinalForm::FullAngle, "gaussian_2_theta_h", "g(β; 2 θ_h), Zinke 2007", 1},
-                          {LongitudinalForm::Spherical, "spherical", "spherical Gaussian, d'Eon 2011", 1}};
-    FigureData data{Table({"M", "beta_deg", "theta_i_deg", "total_reflectance"}), {}, "", {}};
+    const DrawnForm forms[] = {
+        {LongitudinalForm::HalfAngle, "gaussian_theta_h", "g(β; θ_h), Marschner 2003", 2},
+        {LongitudinalForm::FullAngle, "gaussian_2_theta_h", "g(β; 2 θ_h), Zinke 2007", 1},
+        {LongitudinalForm::Spherical, "spherical", "spherical Gaussian, d'Eon 2011", 1}};
+    FigureData data{Table({"M", "beta_deg", "theta_i_deg", "total_reflectance"})};
     data.plot.columns = 3, data.plot.width = 400, data.plot.height = 400;
     double off = 0, doubled = 0, grazing = 0, lost = 0;
-    for (const Form &form : forms) {
+    for (const DrawnForm &form : forms) {
         PlotPanel panel;
         panel.title = form.title;
         panel.legend = "top left";
@@ -100,7 +102,7 @@ FigureData Deon03(const FigureOptions &) {
             PlotSeries curve;
             // One legend is enough, where there is room for it.
             if (form.form == LongitudinalForm::FullAngle)
-                curve.label = Printed("β = %g°", beta);
+                curve.label = fmt::format("β = {:g}°", beta);
             for (const double theta : Linspace(0, 89.5, 180)) {
                 const Inclination<double> i{std::sin(theta * kDegree), std::cos(theta * kDegree)};
                 const double total = Integrate(-kPi<double> / 2, kPi<double> / 2, 24, [&](double thetaR) {
@@ -110,14 +112,13 @@ FigureData Deon03(const FigureOptions &) {
                 data.table.Add({form.name, beta, theta, total});
                 curve.x.push_back(theta), curve.y.push_back(total);
             }
-            const double most = *std::max_element(curve.y.begin(), curve.y.end());
             if (form.form == LongitudinalForm::Spherical)
                 for (const double total : curve.y)
                     off = std::max(off, std::abs(total - 1));
             else if (form.form == LongitudinalForm::HalfAngle && beta == 2)
                 doubled = curve.y[0];
             else if (form.form == LongitudinalForm::FullAngle && beta == 10)
-                grazing = most;
+                grazing = *std::max_element(curve.y.begin(), curve.y.end());
             else if (form.form == LongitudinalForm::FullAngle && beta == 60)
                 lost = curve.y[0];
             panel.series.push_back(curve);
@@ -136,7 +137,7 @@ FigureData Deon03(const FigureOptions &) {
 
 FigureData Deon04(const FigureOptions &) {
     const double v = 0.02;
-    FigureData data{Table({"theta_i_rad", "theta_r_rad", "M_per_sr"}), {}, "", {}};
+    FigureData data{Table({"theta_i_rad", "theta_r_rad", "M_per_sr"})};
     data.plot.width = 620, data.plot.height = 560;
     PlotPanel panel;
     panel.kind = PlotKind::Polar;
@@ -144,13 +145,13 @@ FigureData Deon04(const FigureOptions &) {
     panel.polarFirst = 0, panel.polarLast = 90;
     panel.legend = "right top";
     std::vector<PlotSeries> cones;
-    double before = 0, least = 1, leastGrowth = 1;
+    double before = 0, minShift = 1, minGrowth = 1;
     for (const double thetaI : {-1., -1.1, -1.2, -1.3, -1.4}) {
         const auto m = [&](double thetaR) {
             return Mp(std::cos(thetaI), std::cos(thetaR), std::sin(thetaI), std::sin(thetaR), v);
         };
         PlotSeries curve;
-        curve.label = Printed("θ_i = %g rad", thetaI);
+        curve.label = fmt::format("θ_i = {:g} rad", thetaI);
         double peak = 0;
         for (const double thetaR : Linspace(-kPi<double> / 2, kPi<double> / 2, 6284)) {
             data.table.Add({thetaI, thetaR, m(thetaR)});
@@ -164,8 +165,9 @@ FigureData Deon04(const FigureOptions &) {
         cone.color = 4, cone.width = 1;
         cones.push_back(cone);
         const double shift = peak + thetaI;
-        data.note += Printed(data.note.empty() ? "The peaks lie beyond the cones by %.3f" : ", %.3f", shift);
-        least = std::min(least, shift), leastGrowth = std::min(leastGrowth, shift - before);
+        data.note +=
+            fmt::format("{}{:.3f}", data.note.empty() ? "The peaks lie beyond the cones by " : ", ", shift);
+        minShift = std::min(minShift, shift), minGrowth = std::min(minGrowth, shift - before);
         before = shift;
     }
     data.note += " rad.";
@@ -173,8 +175,8 @@ FigureData Deon04(const FigureOptions &) {
     for (size_t i = 0; i < 5; ++i)
         panel.series[i].color = std::array{0, 2, 3, 5, 7}[i];
     data.plot.panels = {panel};
-    data.checks = {{"the peak lies beyond the specular cone, by at least (rad)", least, 1e-3, 0.5},
-                   {"its distance grows with every step of θ_i, by at least (rad)", leastGrowth, 1e-3, 0.5}};
+    data.checks = {{"the peak lies beyond the specular cone, by at least (rad)", minShift, 1e-3, 0.5},
+                   {"its distance grows with every step of θ_i, by at least (rad)", minGrowth, 1e-3, 0.5}};
     return data;
 }
 
@@ -184,13 +186,13 @@ FigureData Deon05(const FigureOptions &) {
     const std::array<double, 3> clear = {0, 0, 0};
     const std::vector<int> sums = {0, 1, 2, 3, 4, 7, 15};
     const char *names[] = {"R", "R + TT", "R + TT + TRT", "... + TRRT (p ≤ 3)", "p ≤ 4", "p ≤ 7", "p ≤ 15"};
-    FigureData data{Table({"theta_i_deg", "most_segments", "total_reflectance"}), {}, "", {}};
+    FigureData data{Table({"theta_i_deg", "most_segments", "total_reflectance"})};
     PlotPanel panel;
     panel.x = {.label = "θ_i (degrees)", .min = 0, .max = 90, .step = 15};
     panel.y = {.label = "total reflectance", .min = 0, .max = 1.05, .step = 0.2};
     panel.legend = "left bottom";
     panel.series.resize(sums.size() + 1);
-    double off = 0, leastThree = 1, leastThreeAt = 0;
+    double off = 0, minThree = 1, minThreeAt = 0;
     const std::vector<double> thetas = Linspace(0, 89.5, 180);
     for (const double theta : thetas) {
         const SmoothFiber<double> fiber(std::cos(theta * kDegree), eta);
@@ -209,8 +211,8 @@ FigureData Deon05(const FigureOptions &) {
             data.table.Add({theta, static_cast<double>(p), sum});
             panel.series[k].label = names[k];
             panel.series[k].x.push_back(theta), panel.series[k].y.push_back(sum);
-            if (p == 2 && sum < leastThree)
-                leastThree = sum, leastThreeAt = theta;
+            if (p == 2 && sum < minThree)
+                minThree = sum, minThreeAt = theta;
         }
         const double all = sum + mean([&](double g) {
                                return fiber.Tail(sums.back() + 1, g, clear, SegmentLength::Chord)[0];
@@ -222,10 +224,10 @@ FigureData Deon05(const FigureOptions &) {
     }
     panel.series.back().dash = PlotDash::Dashed;
     data.plot.panels = {panel};
-    data.checks = {{"R, TT and TRT miss at most (share of the light)", 1 - leastThree, 0.12, 0.16},
+    data.checks = {{"R, TT and TRT miss at most (share of the light)", 1 - minThree, 0.12, 0.16},
                    {"the sum over all p is 1, off by at most", off, 0, 1e-4}};
-    data.note = Printed("R, TT and TRT miss up to %.1f%%", 100 * (1 - leastThree)) +
-                Printed(", at θ_i = %.1f°.", leastThreeAt);
+    data.note =
+        fmt::format("R, TT and TRT miss up to {:.1f}%, at θ_i = {:.1f}°.", 100 * (1 - minThree), minThreeAt);
     return data;
 }
 
@@ -233,7 +235,7 @@ FigureData Deon06(const FigureOptions &) {
     DEonParameters parameters;
     parameters.sigmaA = {0, 0, 0};
     parameters.betaN = {25, 25, 25};
-    FigureData data{Table({"detector", "phi_deg", "N_TT_per_rad"}), {}, "", {}};
+    FigureData data{Table({"detector", "phi_deg", "N_TT_per_rad"})};
     PlotPanel panel;
     panel.x = {.label = "φ (degrees)", .min = -180, .max = 180, .step = 60};
     panel.y = {.label = "N_{TT} (1/rad)", .min = 0};
@@ -266,13 +268,14 @@ FigureData Deon06(const FigureOptions &) {
         {"the detector holds all light of TT, off by", std::abs(light[1] / mean - 1), 0, 1e-3},
         {"the older treatment holds, of it,", light[0] / mean, 0.5, 0.99},
     };
-    data.note = Printed("At φ = π that has %.1f%% of the light, ", 100 * atPi[0] / atPi[1]) +
-                Printed("in all %.1f%%.", 100 * light[0] / mean);
+    data.note = fmt::format("At φ = π that has {:.1f}% of the light, in all {:.1f}%.",
+                            100 * atPi[0] / atPi[1], 100 * light[0] / mean);
     return data;
 }
 
-// What N_TT's B / R is at phi = pi, by other means than the model's: a plain sum over the width at normal incidence, from
-// Snell's law, the chord and Fresnel's formulas, each ray blurred by a Gaussian with its two images. beta in degrees.
+// B / R of N_TT at phi = pi, by other means than the model's: a plain sum over the width at normal incidence,
+// from Snell's law, the chord and Fresnel's formulas, each ray blurred by a Gaussian with its two images.
+// beta in degrees.
 static double StraightOnBlueOverRed(const Spectrum &sigmaA, double beta) {
     const double eta = 1.55;
     const int rays = 100000;
@@ -295,7 +298,7 @@ static double StraightOnBlueOverRed(const Spectrum &sigmaA, double beta) {
 
 FigureData Deon08(const FigureOptions &) {
     const Spectrum brown = HairBSDF::SigmaAFromConcentration(1.3f, 0);
-    FigureData data{Table({"beta_deg", "phi_deg", "N_R", "N_G", "N_B"}), {}, "", {}};
+    FigureData data{Table({"beta_deg", "phi_deg", "N_R", "N_G", "N_B"})};
     data.plot.width = 900, data.plot.height = 220;
     PlotPanel ratio;
     ratio.x = {.label = "φ (degrees)", .min = -180, .max = 180, .step = 60};
@@ -349,42 +352,26 @@ FigureData Deon08(const FigureOptions &) {
         {"so the colour shifts toward blue, B / R growing by the factor", atPi[1] / atPi[0], shift * 0.999,
          shift * 1.001},
     };
-    data.note = Printed("Straight on, B / R is %.3f smooth ", atPi[0]) + Printed("and %.3f rough.", atPi[1]);
+    data.note = fmt::format("Straight on, B / R is {:.3f} smooth and {:.3f} rough.", atPi[0], atPi[1]);
     return data;
 }
 
-// The cross-sections' unit is not given; the one that fits the spectra best is found here: least mean CIEDE2000 over
-// thickness and both pigments.
-FigureData Deon09(const FigureOptions &options) {
-    const double thickest = 8;
-    const std::vector<double> thicknesses = Linspace(0, thickest, options.quick ? 33 : 161);
-    const auto meanDifference = [&](double mmOfUnit) {
-        double sum = 0;
-        for (const double x : thicknesses)
-            sum += PigmentDifference(x, mmOfUnit, 0) + PigmentDifference(x, mmOfUnit, 1);
-        return sum / (2 * static_cast<double>(thicknesses.size()));
-    };
-    const double unit = Minimize(1 / 200., 1 / 20., meanDifference);
-
-    FigureData data{Table({"pheomelanin_share", "thickness", "spectral_R", "spectral_G", "spectral_B",
-                           "rgb_R", "rgb_G", "rgb_B", "CIEDE2000"}),
-                    {},
-                    "",
-                    {}};
-    data.plot.width = 900, data.plot.height = 380;
-    PlotPanel picture, difference;
-    picture.kind = PlotKind::HeatMap;
-    picture.x = difference.x = {.label = "thickness", .min = 0, .max = thickest, .step = 1};
-    picture.y.names = {{{-0.15, "eumelanin: bands"},
-                        {-0.05, "RGB"},
-                        {0.5, "mixtures: bands"},
-                        {1.05, "RGB"},
-                        {1.15, "pheomelanin: bands"}}};
-    picture.left = difference.left = 0.2;
-    PlotHeatMap &map = picture.heatMap;
+// Stripes of the pigments' colours over the thickness, at one share of pheomelanin below the other; unit in
+// mm.
+static PlotPanel PigmentStripes(const std::vector<double> &thicknesses, double unit) {
+    PlotPanel panel;
+    panel.kind = PlotKind::HeatMap;
+    panel.x = {.label = "thickness", .min = 0, .max = thicknesses.back(), .step = 1};
+    panel.y.names = {{{-0.15, "eumelanin: bands"},
+                      {-0.05, "RGB"},
+                      {0.5, "mixtures: bands"},
+                      {1.05, "RGB"},
+                      {1.15, "pheomelanin: bands"}}};
+    panel.left = 0.2;
+    PlotHeatMap &map = panel.heatMap;
     map.columns = thicknesses.size(), map.rows = 120;
     // Share of pheomelanin; rows from the top. The pure pigments have strips of their own above and below.
-    map.xMax = thickest, map.yMin = 1.2, map.yMax = -0.2;
+    map.xMax = thicknesses.back(), map.yMin = 1.2, map.yMax = -0.2;
     for (size_t row = 0; row < map.rows; ++row) {
         const double y = map.yMin + (static_cast<double>(row) + 0.5) * (map.yMax - map.yMin) / 120;
         const bool byRgb = (y < 0 && y > -0.1) || (y > 1 && y < 1.1);
@@ -394,9 +381,31 @@ FigureData Deon09(const FigureOptions &options) {
                                        : XYZToRGB(SpectralTransmission(x * unit, share)));
         }
     }
+    return panel;
+}
+
+// The cross-sections' unit is not given; the one that fits the spectra best is found here: the smallest mean
+// CIEDE2000 over thickness and both pigments.
+FigureData Deon09(const FigureOptions &options) {
+    const double thickest = 8;
+    const std::vector<double> thicknesses = Linspace(0, thickest, options.quick ? 33 : 161);
+    const auto meanDifference = [&](double mmOfUnit) {
+        double sum = 0;
+        for (const double x : thicknesses)
+            sum += PigmentDifference(x, mmOfUnit, 0) + PigmentDifference(x, mmOfUnit, 1);
+        return sum / (2 * static_cast<double>(thicknesses.size()));
+    };
+    const double unit = ArgMin(1 / 200., 1 / 20., meanDifference);
+
+    FigureData data{Table({"pheomelanin_share", "thickness", "spectral_R", "spectral_G", "spectral_B",
+                           "rgb_R", "rgb_G", "rgb_B", "CIEDE2000"})};
+    data.plot.width = 900, data.plot.height = 380;
+    PlotPanel difference;
+    difference.x = {.label = "thickness", .min = 0, .max = thickest, .step = 1};
+    difference.left = 0.2;
     difference.y = {.label = "CIEDE2000", .min = 0};
     difference.legend = "top left";
-    double greatest = 0;
+    double largest = 0;
     for (const double share : {0., 0.5, 1.}) {
         PlotSeries curve;
         curve.label = share == 0 ? "eumelanin" : share == 1 ? "pheomelanin" : "half of each";
@@ -406,21 +415,22 @@ FigureData Deon09(const FigureOptions &options) {
             const double e = PigmentDifference(x, unit, share);
             data.table.Add({share, x, bands[0], bands[1], bands[2], rgb[0], rgb[1], rgb[2], e});
             curve.x.push_back(x), curve.y.push_back(e);
-            greatest = std::max(greatest, e);
+            largest = std::max(largest, e);
         }
         difference.series.push_back(curve);
     }
-    data.plot.panels = {picture, difference};
+    data.plot.panels = {PigmentStripes(thicknesses, unit), difference};
     const double mean = meanDifference(unit);
     const Spectrum white = XYZToRGB(SpectralTransmission(0, 0));
     data.checks = {
         {"without pigment the bands give white, off by at most",
          std::max({std::abs(white[0] - 1), std::abs(white[1] - 1), std::abs(white[2] - 1)}), 0, 0.01},
         {"mean CIEDE2000 of spectral and RGB colours of pure pigments", mean, 0, 2.5},
-        {"greatest CIEDE2000", greatest, 0, 5},
+        {"greatest CIEDE2000", largest, 0, 5},
     };
-    data.note = Printed("The unit that fits best is %.4f mm of pure pigment: ", unit) +
-                Printed("CIEDE2000 is then %.1f in the mean and ", mean) + Printed("%.1f at most.", greatest);
+    data.note = fmt::format("The unit that fits best is {:.4f} mm of pure pigment: CIEDE2000 is then {:.1f} "
+                            "in the mean and {:.1f} at most.",
+                            unit, mean, largest);
     return data;
 }
 

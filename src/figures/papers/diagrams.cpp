@@ -1,8 +1,11 @@
-// The papers' diagrams in the section and from the side, from rays that are traced with vectors: what a formula of the text says is then checked against them.
+// The papers' diagrams in the section and from the side. The rays are traced with vectors, and a law checks
+// the papers' formulas against them.
 #include "fibers/gaussian.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/papers/paper_figures.h"
-#include "figures/sheet.h"
+#include "figures/papers/sheet.h"
+
+#include <fmt/format.h>
 
 #include <cmath>
 
@@ -10,8 +13,8 @@ namespace cuticle {
 
 namespace {
 
-// A ray from the left at the height h through the unit circle: the points where it meets the circle, the first one
-// included, and for each the direction in which light leaves there.
+// The path of a ray from the left through the unit circle: the points where it meets the circle, the first
+// one included, and for each the direction in which light leaves there.
 struct SectionPath {
     std::vector<P2> points, leaves;
 };
@@ -31,7 +34,8 @@ SectionPath TraceSection(double h, int segments) {
     return path;
 }
 
-// How far the azimuths at which a path leaves are from Phi(p, h), counted from the side that the ray comes from.
+// The largest distance of the azimuths at which a path leaves from Phi(p, h), counted from the side that the
+// ray comes from.
 double OffPhi(double h, const SectionPath &path) {
     const SmoothFiber<double> fiber(1, kEta);
     double off = 0;
@@ -54,8 +58,8 @@ Table SectionTable() { return Table({"h", "p", "x", "y", "leaves_deg"}); }
 
 void DrawSection(Sheet *sheet) { sheet->Arc({}, 1, 0, 2 * kPi<double>); }
 
-// The side view: a slab whose surfaces lie at y = 1 and -1, the tip at the right; facets lean by alpha, their normals
-// toward the root. The points that a ray meets and the inclinations at which it leaves, positive toward the tip.
+// The path of a ray in the side view: a slab whose surfaces lie at y = 1 and -1, the tip at the right; facets
+// lean by alpha, their normals toward the root. Inclinations are positive toward the tip.
 struct SidePath {
     std::vector<P2> points, leaves;
     double Theta(size_t p) const { return std::atan2(leaves[p].x, std::abs(leaves[p].y)); }
@@ -78,7 +82,7 @@ SidePath TraceSide(double thetaI, double alpha, int segments = 2) {
     return path;
 }
 
-// A path's way through the fiber after it has met it, and the light that leaves at each point.
+// Draws a path through the fiber, and the light that leaves at each of its points.
 void DrawPath(Sheet *sheet, const std::vector<P2> &points, const std::vector<P2> &leaves, PlotDash dash) {
     for (size_t p = 0; p < points.size(); ++p) {
         if (p > 0)
@@ -91,7 +95,7 @@ void DrawSide(Sheet *sheet, const SidePath &path, double thetaI, PlotDash dash) 
     sheet->Arrow(from, path.points[0], kInk, dash, 0.6);
     DrawPath(sheet, path.points, path.leaves, dash);
 }
-// Beside the arrows' heads, below those that point down.
+// Writes names beside the arrows' heads, below those that point down.
 void NamePaths(Sheet *sheet, const std::vector<P2> &points, const std::vector<P2> &leaves) {
     for (size_t p = 0; p < points.size(); ++p)
         sheet->Letters(points[p] + leaves[p] * 1.22 + (leaves[p].y < 0 ? P2{-0.1, -0.25} : P2{}),
@@ -103,7 +107,8 @@ void AddRows(Table *table, double alpha, double thetaI, const SidePath &path) {
         table->Add({Degrees(alpha), static_cast<double>(p), Degrees(thetaI), Degrees(path.Theta(p))});
 }
 
-// The saw of the scales above or below (side 1 or -1) from x = a to b: facets that rise toward the tip, and risers.
+// The outline of the scales above or below (side 1 or -1) from x = a to b: facets that rise toward the tip,
+// and risers.
 std::vector<P2> Saw(double a, double b, double length, double alpha, double side) {
     std::vector<P2> saw;
     const double half = length / 2 * std::tan(alpha);
@@ -184,9 +189,9 @@ FigureData Pharr1_7(const FigureOptions &) {
     FigureData data = Finish(SideTable(), sheet, 620, 560);
     AddRows(&data.table, 0, thetaI, path);
     for (const size_t p : {0u, 1u, 2u})
-        data.checks.push_back({Printed("without tilt the path with %g segments leaves at θ_o = -θ_i, off by",
-                                       static_cast<double>(p)),
-                               std::abs(path.Theta(p) + thetaI), 0, 1e-12});
+        data.checks.push_back(
+            {fmt::format("without tilt the path with {} segments leaves at θ_o = -θ_i, off by", p),
+             std::abs(path.Theta(p) + thetaI), 0, 1e-12});
     return data;
 }
 
@@ -234,9 +239,9 @@ FigureData Pharr1_12(const FigureOptions &) {
     const double chord = std::hypot(b.x - a.x, b.y - a.y);
     data.checks = {
         {"the traced chord is 2 cos γ_t long, off by", std::abs(chord - 2 * std::cos(gammaT)), 0, 1e-12}};
-    data.note =
-        Printed("Here the chord is %.3f radii long;", chord) +
-        Printed(" 2 + 2 cos 2γ_t, as two papers print it, would be %.3f.", 2 + 2 * std::cos(2 * gammaT));
+    data.note = fmt::format(
+        "Here the chord is {:.3f} radii long; 2 + 2 cos 2γ_t, as two papers print it, would be {:.3f}.",
+        chord, 2 + 2 * std::cos(2 * gammaT));
     return data;
 }
 
@@ -302,22 +307,23 @@ FigureData Marschner01(const FigureOptions &) {
     AddRows(&data.table, 0, thetaI, plain);
     AddRows(&data.table, alpha, thetaI, tilted);
     for (const size_t p : {0u, 1u, 2u}) {
-        // To first order in alpha the sum of the inclinations is 2 alpha (p eta' - 1) in the middle of the fiber.
+        // To first order in alpha the sum of the inclinations is 2 alpha (p eta' - 1) in the middle of the
+        // fiber.
         const double sum = tilted.Theta(p) + thetaI;
         const double etaPrime = SmoothFiber<double>(std::cos((tilted.Theta(p) - thetaI) / 2), kEta).etaPrime;
         const double first = 2 * alpha * (static_cast<double>(p) * etaPrime - 1);
         data.checks.push_back(
             {std::string("θ_i + θ_o of ") + kPathNames[p] + " agrees with its first order in α to (degrees)",
              std::abs(Degrees(sum - first)), 0, p == 0 ? 1e-9 : 0.6});
-        data.note += Printed(p == 0 ? "θ_i + θ_o is %.1f" : ", %.1f", Degrees(sum)) + std::string("° for ") +
-                     kPathNames[p];
+        data.note +=
+            fmt::format("{}{:.1f}° for {}", p == 0 ? "θ_i + θ_o is " : ", ", Degrees(sum), kPathNames[p]);
     }
     data.note += ".";
     return data;
 }
 
 FigureData Marschner09(const FigureOptions &) {
-    FigureData data{SectionTable(), {}, "", {}};
+    FigureData data{SectionTable()};
     double off = 0;
     for (size_t p = 0; p < 3; ++p) {
         Sheet sheet({-2.6, -2.2}, {2.6, 2.2});
@@ -355,7 +361,7 @@ FigureData Deon01(const FigureOptions &) {
     right.Arrow({-2.5, h}, section.points[0], kInk, PlotDash::Solid, 0.5);
     DrawPath(&right, section.points, section.leaves, PlotDash::Solid);
     NamePaths(&right, section.points, section.leaves);
-    FigureData data{SectionTable(), {}, "", {}};
+    FigureData data{SectionTable()};
     AddRows(&data.table, h, section);
     data.plot.panels = {left.panel, right.panel};
     data.plot.columns = 2, data.plot.width = 440, data.plot.height = 430;
@@ -367,7 +373,8 @@ FigureData Deon01(const FigureOptions &) {
     return data;
 }
 
-// The light of TT at each offset, spread by the Gaussian detector: lobes whose height over the exit point is the density.
+// The Gaussian detector spreads the light of TT at each offset: lobes whose height over the exit point is the
+// density.
 FigureData Deon07(const FigureOptions &) {
     const double beta = Radians(10.), reach = 0.9;
     const std::vector<double> azimuths = Linspace(-kPi<double>, kPi<double>, 1441);
@@ -400,7 +407,7 @@ FigureData Deon07(const FigureOptions &) {
         sheet.Line({{-2.2, h}, path.points[0], exit}, color, PlotDash::Solid, 1.5);
         sheet.Line({exit, exit + leaves * 1.1}, color, PlotDash::Dashed, 1);
         sheet.Line(lobe, color, PlotDash::Solid, 2.5);
-        sheet.Letters({-2.35, h + 0.08}, Printed("h = %g", h), color);
+        sheet.Letters({-2.35, h + 0.08}, fmt::format("h = {:g}", h), color);
         off = Worst(off, OffPhi(h, path));
         peakOff = Worst(peakOff, std::acos(std::min(1., Dot(toward, leaves))));
         massOff = Worst(massOff, std::abs(mass - 1));

@@ -1,23 +1,27 @@
-// The measurements of Marschner and others (2003), made with the fiber simulator in the place of their goniometer: figures
-// 4, 5, 7 and 8. The hairs that they measured are not known, so these are fibers such as the paper describes.
+// The measurements of Marschner and others (2003), figures 4 to 8, made with the fiber simulator in the place
+// of their goniometer. The hairs that they measured are not known, so these are fibers such as the paper
+// describes.
 #include "core/sampling.h"
 #include "fibers/marschner.h"
 #include "fibers/smooth_fiber.h"
-#include "figures/fiber_plot.h"
+#include "figures/papers/fiber_plot.h"
 #include "figures/papers/paper_figures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 namespace cuticle {
 
 namespace {
 
-constexpr double kDegree = kPi<double> / 180;
 constexpr size_t kR = 0, kTT = 1, kTRT = 2;
 
-// A rough fiber with scales. Their tilt makes R leave 8 degrees toward the root, amid the 6 to 10 that the paper measured; it has 3
-// degrees of tilt from the literature.
+// A rough fiber with scales; tilt in degrees. 4 degrees make R leave 8 degrees toward the root, amid the 6 to
+// 10 that the paper measured; it has 3 degrees of tilt from the literature.
 FiberDescription Hair(std::vector<double> sigmaA, double tilt = 4) {
     FiberDescription fiber;
     fiber.alpha = tilt * kDegree;
@@ -37,26 +41,26 @@ FiberHistogram Measured(const FiberDescription &fiber, const FiberLight &light, 
     return SimulateFiber(fiber, light, m);
 }
 
-// Where a lobe is: the mean angle of what stands above 0.7 of its greatest value, within [from, to].
-double Peak(const LobeSlice &slice, double from, double to) {
-    double most = 0, sum = 0, weighted = 0;
-    const auto inside = [&](size_t i) { return slice.angle[i] >= from && slice.angle[i] <= to; };
-    for (size_t i = 0; i < slice.angle.size(); ++i)
-        if (inside(i))
-            most = std::max(most, slice.value[i]);
-    for (size_t i = 0; i < slice.angle.size(); ++i)
-        if (const double above = slice.value[i] - 0.7 * most; inside(i) && above > 0)
-            sum += above, weighted += above * slice.angle[i];
-    return weighted / sum;
-}
-double Greatest(const LobeSlice &slice, double from, double to) {
-    double most = 0;
+// The largest value within [from, to], or 0.
+double MaxOf(const LobeSlice &slice, double from, double to) {
+    double max = 0;
     for (size_t i = 0; i < slice.angle.size(); ++i)
         if (slice.angle[i] >= from && slice.angle[i] <= to)
-            most = std::max(most, slice.value[i]);
-    return most;
+            max = std::max(max, slice.value[i]);
+    return max;
 }
-// Half the circle on the light's side, without the last degrees, where S is a quotient of two small numbers.
+// The place of a lobe: the mean angle of what stands above 0.7 of its largest value, within [from, to].
+double Peak(const LobeSlice &slice, double from, double to) {
+    const double max = MaxOf(slice, from, to);
+    double sum = 0, weighted = 0;
+    for (size_t i = 0; i < slice.angle.size(); ++i)
+        if (const double angle = slice.angle[i], above = slice.value[i] - 0.7 * max;
+            angle >= from && angle <= to && above > 0)
+            sum += above, weighted += above * angle;
+    return weighted / sum;
+}
+// Half of the circle on the light's side, without the last degrees, where S is a quotient of two small
+// numbers.
 constexpr double kSeen = 80 * kDegree;
 
 } // namespace
@@ -69,12 +73,11 @@ FigureData Marschner04(const FigureOptions &options) {
     const Sample samples[] = {{"black", "black hair (σ_a = 10)", Hair({10})},
                               {"blond", "blond hair (σ_a = 0.13, red)", Hair({kBlond[0]})},
                               {"synthetic", "synthetic (no scales)", Hair({kBlond[0]}, 0)}};
-    FigureData data{
-        Table({"fiber", "theta_i_deg", "angle_deg", "S_R", "S_TRT", "S_all", "standard_error"}), {}, "", {}};
+    FigureData data{Table({"fiber", "theta_i_deg", "angle_deg", "S_R", "S_TRT", "S_all", "standard_error"})};
     data.plot.columns = 3, data.plot.width = 420, data.plot.height = 420;
     GoniometerView view;
     view.quantity = GoniometerQuantity::S, view.halfWidth = 5 * kDegree;
-    double least = 180, most = -180, synthetic = 0, black = 0, blond = 180;
+    double minShift = 180, maxShift = -180, synthetic = 0, black = 0, blond = 180;
     for (const Sample &sample : samples) {
         PlotPanel panel;
         panel.kind = PlotKind::Polar;
@@ -99,29 +102,31 @@ FigureData Marschner04(const FigureOptions &options) {
                 synthetic = std::max(synthetic, std::abs(shift));
                 continue;
             }
-            least = std::min(least, -shift), most = std::max(most, -shift);
+            minShift = std::min(minShift, -shift), maxShift = std::max(maxShift, -shift);
             if (sample.fiber.sigmaA[0] > 1)
-                black = std::max(black, Greatest(trt, -kSeen, kSeen) / Greatest(r, -kSeen, kSeen));
+                black = std::max(black, MaxOf(trt, -kSeen, kSeen) / MaxOf(r, -kSeen, kSeen));
             else
                 blond = std::min(blond, Peak(trt, -kSeen, kSeen) / kDegree + theta);
         }
         data.plot.panels.push_back(panel);
     }
     data.checks = {
-        {"R of fibers with scales lies toward the root of the specular direction, at least (degrees)", least,
-         6, 10},
-        {"and at most", most, 6, 10},
+        {"R of fibers with scales lies toward the root of the specular direction, at least (degrees)",
+         minShift, 6, 10},
+        {"and at most", maxShift, 6, 10},
         {"R of the fiber without scales lies in the specular direction, off by (degrees)", synthetic, 0, 1},
         {"black hair has no second lobe: TRT over R", black, 0, 0.01},
         {"blond hair has: TRT lies toward the tip, at least (degrees)", blond, 3, 40}};
-    data.note = "Simulated fibers (η = 1.55, scales of 4°, roughness 0.06) stand in for the measured hairs." +
-                Printed(" R lies %.1f° to ", least) + Printed("%.1f° toward the root.", most);
+    data.note = fmt::format("Simulated fibers (η = 1.55, scales of 4°, roughness 0.06) stand in for the "
+                            "measured hairs. R lies {:.1f}° to {:.1f}° toward the root.",
+                            minShift, maxShift);
     return data;
 }
 
-// What the peak of TRT is to that of R if roughness did no more than widen both along the fiber: the light of a smooth fiber
-// (the first colour) that leaves within `window` of the plane of incidence, over what one radian of a facet's tilt turns it
-// in theta_i + theta_r, to first order: 2 for R, 2 (2 eta' - 1) for TRT through the middle.
+// The peak of TRT over that of R if roughness did no more than widen both along the fiber: the light of a
+// smooth fiber (the first colour) that leaves within `window` of the plane of incidence, over what one radian
+// of a facet's tilt turns it in theta_i + theta_r, to first order: 2 for R, 2 (2 eta' - 1) for TRT through
+// the middle. thetaD in degrees.
 static double SmoothTrtOverR(const FiberDescription &hair, double thetaD, double window) {
     const SmoothFiber<double> fiber(std::cos(thetaD * kDegree), hair.eta);
     double light[3] = {0, 0, 0};
@@ -135,12 +140,35 @@ static double SmoothTrtOverR(const FiberDescription &hair, double thetaD, double
     return light[2] / (2 * fiber.etaPrime - 1) / light[0];
 }
 
+// The values of a curve of figure 5 at one theta_h and theta_d, degrees: the fiber turns, light and detector
+// are fixed: theta_i = theta_h - theta_d, theta_r = theta_h + theta_d.
+struct HalfAngleValues {
+    std::array<double, 2> value, error; // of all light, red and blue
+    double r, trt;                      // red
+};
+static HalfAngleValues MeasureHalfAngle(const FiberDescription &hair, double thetaH, double thetaD,
+                                        const GoniometerView &view, const FigureOptions &options) {
+    const FiberLight light = {(thetaH - thetaD) * kDegree, 0, {}};
+    const double thetaR = (thetaH + thetaD) * kDegree;
+    const FiberHistogram h = Measured(hair, light, options, 150000, {60, 36});
+    const auto seen = [&](size_t c, size_t channel, bool error) {
+        const LobeSlice s = GoniometerSlice(h, light, view, c, channel);
+        // linear between the rows
+        const auto above =
+            static_cast<size_t>(std::lower_bound(s.angle.begin(), s.angle.end(), thetaR) - s.angle.begin());
+        const double t = (thetaR - s.angle[above - 1]) / (s.angle[above] - s.angle[above - 1]);
+        const std::vector<double> &v = error ? s.error : s.value;
+        return (1 - t) * v[above - 1] + t * v[above];
+    };
+    return {{seen(h.Sum(), 0, false), seen(h.Sum(), 1, false)},
+            {seen(h.Sum(), 0, true), seen(h.Sum(), 1, true)},
+            seen(kR, 0, false),
+            seen(kTRT, 0, false)};
+}
+
 FigureData Marschner05(const FigureOptions &options) {
     FigureData data{Table({"theta_d_deg", "theta_h_deg", "S_red", "error_red", "S_blue", "error_blue",
-                           "S_R_red", "S_TRT_red"}),
-                    {},
-                    "",
-                    {}};
+                           "S_R_red", "S_TRT_red"})};
     data.plot.columns = 4, data.plot.width = 340, data.plot.height = 360;
     const FiberDescription hair = Hair({kBlond[0], kBlond[2]});
     GoniometerView view;
@@ -148,45 +176,31 @@ FigureData Marschner05(const FigureOptions &options) {
     double rPeak = -90, trtPeak = 90, first = 0, last = 0, redOverBlue = 0;
     for (const double thetaD : {0., 20., 40., 60.}) {
         PlotPanel panel;
-        panel.title = Printed("θ_d = %g°", thetaD);
+        panel.title = fmt::format("θ_d = {:g}°", thetaD);
         panel.x = {.label = "θ_h (degrees)", .min = -24, .max = 24, .step = 8};
         panel.y = {.label = "S (1/sr)", .min = 0};
         panel.lines = {{.vertical = true, .at = 0, .label = ""}};
         PlotSeries red{.label = "red", .x = {}, .y = {}, .error = {}, .color = 1},
             blue{.label = "blue", .x = {}, .y = {}, .error = {}, .color = 0};
         LobeSlice r, trt;
-        // Fiber turned, light and detector fixed: theta_i = theta_h - theta_d, theta_r = theta_h + theta_d.
         for (const double thetaH : Linspace(-24, 24, options.quick ? 13 : 25)) {
-            const FiberLight light = {(thetaH - thetaD) * kDegree, 0, {}};
-            const double thetaR = (thetaH + thetaD) * kDegree;
-            const FiberHistogram h = Measured(hair, light, options, 150000, {60, 36});
-            const auto seen = [&](size_t c, size_t channel, bool error) {
-                const LobeSlice s = GoniometerSlice(h, light, view, c, channel);
-                // linear between the rows
-                const auto above = static_cast<size_t>(
-                    std::lower_bound(s.angle.begin(), s.angle.end(), thetaR) - s.angle.begin());
-                const double t = (thetaR - s.angle[above - 1]) / (s.angle[above] - s.angle[above - 1]);
-                const std::vector<double> &v = error ? s.error : s.value;
-                return (1 - t) * v[above - 1] + t * v[above];
-            };
-            const double values[] = {seen(h.Sum(), 0, false), seen(h.Sum(), 0, true), seen(h.Sum(), 1, false),
-                                     seen(h.Sum(), 1, true),  seen(kR, 0, false),     seen(kTRT, 0, false)};
-            data.table.Add(
-                {thetaD, thetaH, values[0], values[1], values[2], values[3], values[4], values[5]});
-            for (PlotSeries *s : {&red, &blue}) {
-                s->x.push_back(thetaH);
-                s->y.push_back(values[s == &red ? 0 : 2]), s->error.push_back(values[s == &red ? 1 : 3]);
+            const HalfAngleValues v = MeasureHalfAngle(hair, thetaH, thetaD, view, options);
+            data.table.Add({thetaD, thetaH, v.value[0], v.error[0], v.value[1], v.error[1], v.r, v.trt});
+            for (const size_t channel : {0u, 1u}) {
+                PlotSeries &s = channel == 0 ? red : blue;
+                s.x.push_back(thetaH), s.y.push_back(v.value[channel]), s.error.push_back(v.error[channel]);
             }
-            r.angle.push_back(thetaH), r.value.push_back(values[4]);
-            trt.angle.push_back(thetaH), trt.value.push_back(values[5]);
+            r.angle.push_back(thetaH), r.value.push_back(v.r);
+            trt.angle.push_back(thetaH), trt.value.push_back(v.trt);
             if (thetaH == 8 && thetaD == 0)
-                redOverBlue = values[0] / values[2];
+                redOverBlue = v.value[0] / v.value[1];
         }
         panel.series = {red, blue};
         data.plot.panels.push_back(panel);
         rPeak = std::max(rPeak, Peak(r, -24, 24)), trtPeak = std::min(trtPeak, Peak(trt, -24, 24));
-        const double ratio = Greatest(trt, -24, 24) / Greatest(r, -24, 24);
-        data.note += Printed(data.note.empty() ? "TRT over R, at their peaks: %.2f" : ", %.2f", ratio);
+        const double ratio = MaxOf(trt, -24, 24) / MaxOf(r, -24, 24);
+        data.note +=
+            fmt::format("{}{:.2f}", data.note.empty() ? "TRT over R, at their peaks: " : ", ", ratio);
         first = thetaD == 0 ? ratio : first, last = ratio;
     }
     data.note += " at θ_d = 0, 20, 40, 60°: it grows while its two glints come together (at 47° in a round "
@@ -201,8 +215,32 @@ FigureData Marschner05(const FigureOptions &options) {
     return data;
 }
 
+// The fiber's section in a polar diagram of azimuths, its major axis at azimuth 0, with the light (at phi,
+// degrees) from the right.
+static PlotSeries SectionSeries(double radius, double axisRatio, double phi) {
+    PlotSeries section;
+    section.color = 7, section.width = 1;
+    for (const double t : Linspace(0, 360, 73)) {
+        const double y = radius * std::cos(t * kDegree), z = axisRatio * radius * std::sin(t * kDegree);
+        section.x.push_back(std::atan2(z, y) / kDegree - phi), section.y.push_back(std::hypot(y, z));
+    }
+    return section;
+}
+
+// The RMS difference of two curves in standard errors: 1 if they are the same. mirrored: b runs backward.
+static double DifferenceInErrors(const LobeSlice &a, const LobeSlice &b, bool mirrored) {
+    double sum = 0, n = 0;
+    for (size_t i = 0; i < a.angle.size(); ++i) {
+        const size_t j = mirrored ? a.angle.size() - 1 - i : i;
+        const double variance = Sqr(a.error[i]) + Sqr(b.error[j]);
+        if (variance > 0)
+            sum += Sqr(a.value[i] - b.value[j]) / variance, ++n;
+    }
+    return std::sqrt(sum / n);
+}
+
 FigureData Marschner07(const FigureOptions &options) {
-    FigureData data{Table({"phi_i_deg", "phi_deg", "S_TRT", "error_TRT", "S_all", "error_all"}), {}, "", {}};
+    FigureData data{Table({"phi_i_deg", "phi_deg", "S_TRT", "error_TRT", "S_all", "error_all"})};
     data.plot.columns = 3, data.plot.width = 360, data.plot.height = 330;
     FiberDescription hair = Hair({kBlond[0]});
     hair.axisRatio = 0.7, hair.roughnessV = 0.05;
@@ -223,52 +261,62 @@ FigureData Marschner07(const FigureOptions &options) {
                 {phi, trt.angle[i] / kDegree, trt.value[i], trt.error[i], all.value[i], all.error[i]});
         PlotPanel panel;
         panel.kind = PlotKind::Polar;
-        panel.title = Printed("φ_i = %g°", phi);
+        panel.title = fmt::format("φ_i = {:g}°", phi);
         panel.y = {.label = "S (1/sr); light from the right", .min = 0};
         panel.legend = "off";
         PlotSeries curve = LobeSeries(trt, "TRT");
         curve.error.clear(), curve.color = 2;
-        // The section, its major axis at azimuth 0, with the light from the right.
-        const double radius = Greatest(trt, -kPi<double>, kPi<double>) / 5;
-        PlotSeries section;
-        section.color = 7, section.width = 1;
-        for (const double t : Linspace(0, 360, 73)) {
-            const double y = radius * std::cos(t * kDegree), z = 0.7 * radius * std::sin(t * kDegree);
-            section.x.push_back(std::atan2(z, y) / kDegree - phi), section.y.push_back(std::hypot(y, z));
-        }
-        panel.series = {curve, section};
+        const double radius = MaxOf(trt, -kPi<double>, kPi<double>) / 5;
+        panel.series = {curve, SectionSeries(radius, hair.axisRatio, phi)};
         data.plot.panels.push_back(panel);
         if (phi == 30)
             at30 = trt;
         if (phi == 60)
             at60 = trt;
     }
-    // Two curves in standard errors: 1 if they are the same.
-    const auto difference = [](const LobeSlice &a, const LobeSlice &b, bool mirrored) {
-        double sum = 0, n = 0;
-        for (size_t i = 0; i < a.angle.size(); ++i) {
-            const size_t j = mirrored ? a.angle.size() - 1 - i : i;
-            const double variance = Sqr(a.error[i]) + Sqr(b.error[j]);
-            if (variance > 0)
-                sum += Sqr(a.value[i] - b.value[j]) / variance, ++n;
-        }
-        return std::sqrt(sum / n);
-    };
     data.checks = {
         {"half a turn of the fiber changes nothing: φ_i = 30° and 210°, difference in standard errors",
-         difference(at30, measured(210, kTRT).first, false), 0.7, 1.3},
+         DifferenceInErrors(at30, measured(210, kTRT).first, false), 0.7, 1.3},
         {"(φ_i, φ) and (−φ_i, −φ) are alike: 30° and −30°, difference in standard errors",
-         difference(at30, measured(-30, kTRT).first, true), 0.7, 1.3},
+         DifferenceInErrors(at30, measured(-30, kTRT).first, true), 0.7, 1.3},
         {"the fiber is not round: φ_i = 30° and 60°, difference in standard errors",
-         difference(at30, at60, false), 4, 1e3}};
+         DifferenceInErrors(at30, at60, false), 4, 1e3}};
     data.note =
         "Only the simulated TRT is drawn, the paper's green curves; the ellipse shows the section (0.7:1).";
     return data;
 }
 
+// Divides densities along theta by cos theta, which makes them S.
+static void ToS(LobeSlice *slice) {
+    for (size_t i = 0; i < slice->angle.size(); ++i)
+        slice->value[i] /= std::cos(slice->angle[i]), slice->error[i] /= std::cos(slice->angle[i]);
+}
+
+// A curve without what lies beyond 85 degrees, where S is a quotient of two small numbers, and without error
+// bars.
+static PlotSeries Within85Degrees(const LobeSlice &slice, const std::string &label) {
+    PlotSeries curve = LobeSeries(slice, label);
+    curve.error.clear();
+    std::erase_if(curve.y,
+                  [&, i = size_t(0)](double) mutable { return std::abs(slice.angle[i++]) > 85 * kDegree; });
+    std::erase_if(curve.x, [](double x) { return std::abs(x) > 85; });
+    return curve;
+}
+
+// The share of TT in the light that goes forward, away from the light.
+static double ShareOfTTForward(const FiberHistogram &h) {
+    double tt = 0, all = 0;
+    for (size_t row = 0; row < h.Cells().rows; ++row)
+        for (size_t column = 0; column < h.Cells().columns; ++column)
+            if (std::abs(h.Cells().Phi(column)) > kPi<double> / 2) {
+                tt += h.Density(kTT, 0, row, column) * h.Cells().SolidAngle(row);
+                all += h.Density(h.Sum(), 0, row, column) * h.Cells().SolidAngle(row);
+            }
+    return tt / all;
+}
+
 FigureData Marschner08(const FigureOptions &options) {
-    FigureData data{
-        Table({"phi_deg", "theta_r_deg", "S_R", "S_TT", "S_TRT", "S_all", "standard_error"}), {}, "", {}};
+    FigureData data{Table({"phi_deg", "theta_r_deg", "S_R", "S_TT", "S_TRT", "S_all", "standard_error"})};
     data.plot.columns = 2, data.plot.width = 560, data.plot.height = 420;
     FiberDescription hair = Hair({kBlond[0]});
     hair.axisRatio = 0.75, hair.rotation = kPi<double> / 2;
@@ -287,40 +335,26 @@ FigureData Marschner08(const FigureOptions &options) {
         for (const double phi : forward ? Linspace(105, 180, 6) : Linspace(0, 90, 7)) {
             const auto cut = [&](size_t c) { return h.AlongTheta(c, 0, phi * kDegree, 4 * kDegree); };
             LobeSlice lobes[] = {cut(kR), cut(kTT), cut(kTRT), cut(h.Sum())};
-            // R is looked for in the density: dividing by cos theta_r moves the peak of so wide a lobe by 0.4 degrees.
+            // R is looked for in the density: dividing by cos theta_r moves the peak of so wide a lobe by 0.4
+            // degrees.
             const double peak = Peak(lobes[kR], -kSeen, kSeen) / kDegree;
             for (LobeSlice &s : lobes)
-                for (size_t i = 0; i < s.angle.size(); ++i)
-                    s.value[i] /= std::cos(s.angle[i]), s.error[i] /= std::cos(s.angle[i]);
+                ToS(&s);
             for (size_t i = 0; i < lobes[0].angle.size(); ++i)
                 data.table.Add({phi, lobes[0].angle[i] / kDegree, lobes[0].value[i], lobes[1].value[i],
                                 lobes[2].value[i], lobes[3].value[i], lobes[3].error[i]});
-            PlotSeries curve = LobeSeries(lobes[3], Printed("φ = %g°", phi));
-            curve.error.clear();
-            // Beyond 85 degrees S is a quotient of two small numbers.
-            std::erase_if(curve.y, [&, i = size_t(0)](double) mutable {
-                return std::abs(lobes[3].angle[i++]) > 85 * kDegree;
-            });
-            std::erase_if(curve.x, [](double x) { return std::abs(x) > 85; });
-            panel.series.push_back(curve);
+            panel.series.push_back(Within85Degrees(lobes[3], fmt::format("φ = {:g}°", phi)));
             if (forward)
                 continue;
             shift = 45 - peak;
             first = phi == 0 ? shift : first;
             off = std::max(off, std::abs(shift - law(phi)));
-            last = Greatest(lobes[2], -kSeen, kSeen);
+            last = MaxOf(lobes[2], -kSeen, kSeen);
             if (last > best)
                 best = last, bestPhi = phi;
         }
         data.plot.panels.push_back(panel);
     }
-    double tt = 0, all = 0;
-    for (size_t row = 0; row < h.Cells().rows; ++row)
-        for (size_t column = 0; column < h.Cells().columns; ++column)
-            if (std::abs(h.Cells().Phi(column)) > kPi<double> / 2) {
-                tt += h.Density(kTT, 0, row, column) * h.Cells().SolidAngle(row);
-                all += h.Density(h.Sum(), 0, row, column) * h.Cells().SolidAngle(row);
-            }
     const double halfRow = 90 / static_cast<double>(h.Cells().rows);
     data.checks = {
         {"R lies toward the root of the specular cone by 2 α cos(φ/2): off by at most, half a row of "
@@ -330,29 +364,27 @@ FigureData Marschner08(const FigureOptions &options) {
          law(90) / law(0) * (1 - halfRow / shift), law(90) / law(0) * (1 + halfRow / shift)},
         {"TRT is strongest out of the plane of incidence, at φ (degrees)", bestPhi, 15, 45},
         {"and dies out: at φ = 90°, over its greatest", last / best, 0, 0.1},
-        {"TT's share of what goes forward", tt / all, 0.8, 1}};
-    data.note =
-        "A simulated blond fiber (0.75:1, the light along its minor axis) stands in for the measured one." +
-        Printed(" R lies toward the root by %.1f° at φ = 0 ", first) + Printed("and %.1f° at 90°, ", shift) +
-        Printed("within %.1f° of 2 α cos(φ/2), ", off) +
-        "since only facets that face the light lean by all of α in the plane that matters; the paper has one "
-        "shift for "
-        "all φ.";
+        {"TT's share of what goes forward", ShareOfTTForward(h), 0.8, 1}};
+    data.note = fmt::format("A simulated blond fiber (0.75:1, the light along its minor axis) stands in for "
+                            "the measured one. R lies toward the root by {:.1f}° at φ = 0 and {:.1f}° at "
+                            "90°, within {:.1f}° of 2 α cos(φ/2), since only facets that face the light lean "
+                            "by all of α in the plane that matters; the paper has one shift for all φ.",
+                            first, shift, off);
     return data;
 }
 
-// The angle between the two glints, in degrees: twice the mean |phi| of the brightest tenth of the curve (about its middle,
-// phi = 0).
+// The angle between the two glints, in degrees: twice the mean |phi| of the brightest tenth of the curve
+// (about its middle, phi = 0).
 static double GlintAngle(const LobeSlice &slice) {
-    const double most = *std::max_element(slice.value.begin(), slice.value.end());
+    const double max = *std::max_element(slice.value.begin(), slice.value.end());
     double sum = 0, weighted = 0;
     for (size_t i = 0; i < slice.angle.size(); ++i)
-        if (const double above = slice.value[i] - 0.9 * most; above > 0)
+        if (const double above = slice.value[i] - 0.9 * max; above > 0)
             sum += above, weighted += above * std::abs(slice.angle[i]);
     return 2 * weighted / sum / kDegree;
 }
 
-// By how many of its standard errors the curve within 4 degrees of its middle is above what lies 4 to 12 degrees off:
+// The mean of the curve within 4 degrees of its middle, minus that 4 to 12 degrees off, in standard errors:
 // negative while there are two glints, positive when they have met.
 static double MiddleAboveSides(const LobeSlice &slice) {
     double sum[2] = {0, 0}, variance[2] = {0, 0}, n[2] = {0, 0};
@@ -364,8 +396,9 @@ static double MiddleAboveSides(const LobeSlice &slice) {
     return (sum[0] / n[0] - sum[1] / n[1]) / std::sqrt(variance[0] / Sqr(n[0]) + variance[1] / Sqr(n[1]));
 }
 
-// The |theta| from which on a smooth fiber's glints are one, degrees, light along its second axis: where the ray that meets
-// it just beside the middle changes the side on which its TRT leaves. By single simulated rays and bisection.
+// The |theta| from which on a smooth fiber's glints are one, degrees, light along its second axis: where the
+// ray that meets it just beside the middle changes the side on which its TRT leaves. By single simulated rays
+// and bisection.
 static double SimulatedMeeting(double axisRatio) {
     FiberDescription fiber;
     fiber.axisRatio = axisRatio;
@@ -383,18 +416,48 @@ static double SimulatedMeeting(double axisRatio) {
     }
     return apart;
 }
-// The same by optics near the axis: they meet where the front, of radius of curvature R, focuses light on the back, a
-// thickness t away: n R / (n - 1) = t, n the index eta' at that inclination. Of a circle n = 2.
+// The same by optics near the axis: they meet where the front, of radius of curvature R, focuses light on the
+// back, a thickness t away: n R / (n - 1) = t, n the index eta' at that inclination. Of a circle n = 2.
 static double ParaxialMeeting(double axisRatio, double eta) {
     const double n = 2 / (2 - 1 / Sqr(axisRatio)); // R / t is 1 / (2 axisRatio^2)
     return std::acos(std::sqrt((eta * eta - 1) / (n * n - 1))) / kDegree;
 }
 
-// An elliptical fiber with the light along its minor axis, and the model's TRT for the same. Scales of 2.4 degrees put TRT
-// where the paper looks, 10 degrees off the specular cone.
+// The model's TRT at the azimuths of a simulated slice.
+static std::vector<double> ModelTrt(const Marschner<double> &model, double cosThetaD,
+                                    const LobeSlice &slice) {
+    std::vector<double> modelled;
+    for (const double phi : slice.angle)
+        modelled.push_back(model.Azimuthal(2, cosThetaD, phi, kPi<double> / 2 + phi / 2)[0]);
+    return modelled;
+}
+
+// Simulated and modelled TRT over phi - phi_i, each over its mean.
+static PlotPanel GlintPanel(double thetaI, const LobeSlice &slice, const std::vector<double> &modelled) {
+    PlotPanel panel;
+    panel.title = fmt::format("θ_i = {:g}°", thetaI);
+    panel.x = {.label = "φ − φ_i (degrees)", .min = -60, .max = 60, .step = 20};
+    panel.y = {.label = "TRT, over its mean", .min = 0};
+    panel.legend = "below";
+    const auto add = [&](const char *label, const std::vector<double> &value, int color, PlotDash dash) {
+        const double sum = std::accumulate(value.begin(), value.end(), 0.);
+        PlotSeries s;
+        s.label = label, s.color = color, s.dash = dash;
+        for (size_t i = 0; i < value.size(); ++i) {
+            s.x.push_back(slice.angle[i] / kDegree);
+            s.y.push_back(value[i] * static_cast<double>(value.size()) / sum);
+        }
+        panel.series.push_back(s);
+    };
+    add("simulated", slice.value, 0, PlotDash::Solid);
+    add("model", modelled, 1, PlotDash::Dashed);
+    return panel;
+}
+
+// An elliptical fiber with the light along its minor axis, and the model's TRT for the same. Scales of 2.4
+// degrees put TRT where the paper looks, 10 degrees off the specular cone.
 FigureData Marschner06(const FigureOptions &options) {
-    FigureData data{
-        Table({"theta_i_deg", "phi_deg", "simulated_TRT", "standard_error", "model_TRT"}), {}, "", {}};
+    FigureData data{Table({"theta_i_deg", "phi_deg", "simulated_TRT", "standard_error", "model_TRT"})};
     data.plot.columns = 3, data.plot.width = 360, data.plot.height = 320;
     FiberDescription fiber;
     fiber.axisRatio = 0.8, fiber.alpha = 2.4 * kDegree;
@@ -411,46 +474,25 @@ FigureData Marschner06(const FigureOptions &options) {
         // The last curve is the dimmest; a quick run too needs as many rays for it.
         const double samples = thetaI == -70 ? (options.quick ? 1.5e7 : 3e6) : 2e6;
         const FiberHistogram h = Measured(fiber, light, options, samples, {180, 180}, 1, kTRT);
-        LobeSlice slice = GoniometerSlice(h, light, view, kTRT, 0);
-        const double cosThetaD = std::cos((2 * thetaI - 10) / 2 * kDegree);
-        PlotPanel panel;
-        panel.title = Printed("θ_i = %g°", thetaI);
-        panel.x = {.label = "φ − φ_i (degrees)", .min = -60, .max = 60, .step = 20};
-        panel.y = {.label = "TRT, over its mean", .min = 0};
-        panel.legend = "below";
-        PlotSeries simulated{.label = "simulated", .x = {}, .y = {}, .error = {}, .color = 0};
-        PlotSeries dashed{
-            .label = "model", .x = {}, .y = {}, .error = {}, .color = 1, .dash = PlotDash::Dashed};
-        double meanSimulated = 0, meanModel = 0;
-        std::vector<double> modelled;
-        for (size_t i = 0; i < slice.angle.size(); ++i) {
-            const double phi = slice.angle[i];
-            modelled.push_back(model.Azimuthal(2, cosThetaD, phi, kPi<double> / 2 + phi / 2)[0]);
-            meanSimulated += slice.value[i], meanModel += modelled.back();
-        }
-        const double n = static_cast<double>(slice.angle.size());
-        for (size_t i = 0; i < slice.angle.size(); ++i) {
-            const double phi = slice.angle[i] / kDegree;
-            data.table.Add({thetaI, phi, slice.value[i], slice.error[i], modelled[i]});
-            simulated.x.push_back(phi), simulated.y.push_back(slice.value[i] * n / meanSimulated);
-            dashed.x.push_back(phi), dashed.y.push_back(modelled[i] * n / meanModel);
-        }
-        panel.series = {simulated, dashed};
-        data.plot.panels.push_back(panel);
+        const LobeSlice slice = GoniometerSlice(h, light, view, kTRT, 0);
+        const std::vector<double> modelled =
+            ModelTrt(model, std::cos((2 * thetaI - 10) / 2 * kDegree), slice);
+        for (size_t i = 0; i < slice.angle.size(); ++i)
+            data.table.Add({thetaI, slice.angle[i] / kDegree, slice.value[i], slice.error[i], modelled[i]});
+        data.plot.panels.push_back(GlintPanel(thetaI, slice, modelled));
         (thetaI == -60 ? at60 : at70) = MiddleAboveSides(slice);
         if (thetaI == -70)
             continue; // no angle any more
         const double angle = GlintAngle(slice);
         first = first == 0 ? angle : first;
         growth = std::max(growth, angle - previous), previous = angle;
-        data.note += Printed(thetaI == 0 ? "The simulated glints are %.0f°" : ", %.0f°", angle);
+        data.note += fmt::format("{}{:.0f}°", thetaI == 0 ? "The simulated glints are " : ", ", angle);
     }
     const double circle = SimulatedMeeting(1), ellipse = SimulatedMeeting(0.8);
-    data.note +=
-        Printed(" apart and have then met: smooth and without scales, those of a round fiber do at θ = %.1f° "
-                "(η' = 2), ",
-                circle) +
-        Printed("of this one at %.1f°; the paper has it near 60°, for a hair that it measured.", ellipse);
+    data.note += fmt::format(
+        " apart and have then met: smooth and without scales, those of a round fiber do at θ = {:.1f}° (η' = "
+        "2), of this one at {:.1f}°; the paper has it near 60°, for a hair that it measured.",
+        circle, ellipse);
     data.checks = {
         {"the glints of light at right angles are apart (degrees)", first, 30, 180},
         {"they move together: at each θ closer by 4° (a column on each side) or more", -growth, 4, 360},

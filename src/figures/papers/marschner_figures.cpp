@@ -1,23 +1,19 @@
-// The plots of Marschner and others (2003) that are their model's own.
+// The plots of Marschner and others (2003) that show their model.
 #include "fibers/marschner.h"
 #include "figures/papers/paper_figures.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace cuticle {
 
-namespace {
-
-constexpr double kDegree = kPi<double> / 180;
-
-} // namespace
-
-// All around the plane of the fiber and the light, as in figure 4: theta_r on the light's side, 180 degrees minus it
-// beyond. The shift and the width of R are half of what figure 4's simulated fibers show, 8 and 5
-// degrees, since they are counted in theta_h. Table 1 would have -10 to -5 and 5 to 10.
+// The curves go all around the plane of the fiber and the light, as in figure 4: theta_r on the light's side,
+// 180 degrees minus it beyond. The shift and the width of R are half of what figure 4's simulated fibers
+// show, 8 and 5 degrees, since they are counted in theta_h. Table 1 would have -10 to -5 and 5 to 10.
 FigureData Marschner10(const FigureOptions &) {
-    FigureData data{Table({"theta_i_deg", "angle_deg", "S_red", "S_blue"}), {}, "", {}};
+    FigureData data{Table({"theta_i_deg", "angle_deg", "S_red", "S_blue"})};
     data.plot.columns = 2, data.plot.width = 460, data.plot.height = 460;
     MarschnerParameters parameters;
     parameters.sigmaA = {0.126f, 0.209f, 0.411f}; // eumelanin 0.3
@@ -25,7 +21,7 @@ FigureData Marschner10(const FigureOptions &) {
     parameters.beta = {2.5f, 1.25f, 5};
     parameters.kG = 0.5f;
     const Marschner<double> model(CheckedMarschner(parameters));
-    double rLeast = 90, rMost = -90, trtLeast = 90;
+    double rMin = 90, rMax = -90, trtMin = 90;
     size_t lobes = 2;
     for (const double thetaI : {45., -45.}) {
         const Vector3d light(std::sin(thetaI * kDegree), std::cos(thetaI * kDegree), 0);
@@ -53,8 +49,8 @@ FigureData Marschner10(const FigureOptions &) {
             if (red.x[i] > -80 && red.y[i] > red.y[i - 1] && red.y[i] >= red.y[i + 1])
                 peaks.push_back(red.x[i] + thetaI);
         if (peaks.size() == 2) {
-            rLeast = std::min(rLeast, -peaks[0]), rMost = std::max(rMost, -peaks[0]);
-            trtLeast = std::min(trtLeast, peaks[1]);
+            rMin = std::min(rMin, -peaks[0]), rMax = std::max(rMax, -peaks[0]);
+            trtMin = std::min(trtMin, peaks[1]);
         } else {
             lobes = peaks.size();
         }
@@ -62,10 +58,10 @@ FigureData Marschner10(const FigureOptions &) {
         data.plot.panels.push_back(panel);
     }
     data.checks = {{"lobes on the light's side", static_cast<double>(lobes), 2, 2},
-                   {"R lies toward the root of the specular direction, at least (degrees)", rLeast, 6, 10},
-                   {"and at most", rMost, 6, 10},
-                   {"TRT lies toward the tip, at least (degrees)", trtLeast, 3, 40}};
-    data.note = Printed("R lies %.1f° to ", rLeast) + Printed("%.1f° toward the root.", rMost);
+                   {"R lies toward the root of the specular direction, at least (degrees)", rMin, 6, 10},
+                   {"and at most", rMax, 6, 10},
+                   {"TRT lies toward the tip, at least (degrees)", trtMin, 3, 40}};
+    data.note = fmt::format("R lies {:.1f}° to {:.1f}° toward the root.", rMin, rMax);
     return data;
 }
 

@@ -1,5 +1,5 @@
-// The plots of the papers and of the book, one function each. Named by paper and number; the captions stand in
-// figure_table.cpp.
+// The figures of the papers and of the book, one function each, named by paper and number. figure_table.cpp
+// holds their captions and says how to add one.
 #pragma once
 
 #include "figures/figure.h"

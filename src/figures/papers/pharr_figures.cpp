@@ -3,26 +3,22 @@
 #include "fibers/smooth_fiber.h"
 #include "figures/papers/paper_figures.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace cuticle {
 
-namespace {
-
-double Degrees(double radians) { return radians * 180 / kPi<double>; }
-
-} // namespace
-
 FigureData Pharr1_9(const FigureOptions &) {
     const double v = 0.02;
-    FigureData data{Table({"theta_o_rad", "theta_i_rad", "M_per_sr"}), {}, "", {}};
+    FigureData data{Table({"theta_o_rad", "theta_i_rad", "M_per_sr"})};
     data.plot.width = 380, data.plot.height = 320, data.plot.columns = 3;
     for (const double thetaO : {-1., -1.3, -1.4}) {
         const auto m = [&](double thetaI) {
             return Mp(std::cos(thetaI), std::cos(thetaO), std::sin(thetaI), std::sin(thetaO), v);
         };
         PlotPanel panel;
-        panel.title = Printed("θ_o = %g rad", thetaO);
+        panel.title = fmt::format("θ_o = {:g} rad", thetaO);
         panel.x = {.label = "θ_i (rad)", .min = 0, .max = kPi<double> / 2, .step = 0.5};
         panel.y = {.label = "M_p (1/sr)", .min = 0};
         PlotSeries curve;
@@ -42,11 +38,12 @@ FigureData Pharr1_9(const FigureOptions &) {
             const double theta = kPi<double> / 2 * rule.x[i];
             mass += kPi<double> / 2 * rule.w[i] * m(theta) * std::cos(theta);
         }
-        data.checks.push_back({Printed("for θ_o = %g rad M_p peaks beyond -θ_o, by (rad)", thetaO),
+        data.checks.push_back({fmt::format("for θ_o = {:g} rad M_p peaks beyond -θ_o, by (rad)", thetaO),
                                peak + thetaO, 1e-3, kPi<double> / 2 + thetaO});
-        data.checks.push_back(
-            {Printed("for θ_o = %g rad the integral of M_p cos θ_i is", thetaO), mass, 1 - 1e-9, 1 + 1e-9});
-        data.note += Printed(data.note.empty() ? "The peaks lie beyond it by %.3f" : ", %.3f", peak + thetaO);
+        data.checks.push_back({fmt::format("for θ_o = {:g} rad the integral of M_p cos θ_i is", thetaO), mass,
+                               1 - 1e-9, 1 + 1e-9});
+        data.note +=
+            fmt::format("{}{:.3f}", data.note.empty() ? "The peaks lie beyond it by " : ", ", peak + thetaO);
     }
     data.note += " rad.";
     return data;
@@ -54,7 +51,7 @@ FigureData Pharr1_9(const FigureOptions &) {
 
 FigureData Pharr1_15(const FigureOptions &) {
     const double eta = 1.55;
-    FigureData data{Table({"theta_o_deg", "h", "phi_deg"}), {}, "", {}};
+    FigureData data{Table({"theta_o_deg", "h", "phi_deg"})};
     PlotPanel panel;
     panel.x = {.label = "h", .min = -1, .max = 1, .step = 0.5};
     panel.y = {.label = "Φ(1, h) (degrees)", .min = 0, .max = 360, .step = 60};
@@ -64,7 +61,7 @@ FigureData Pharr1_15(const FigureOptions &) {
     for (const double thetaO : {0., inclined}) {
         const SmoothFiber<double> fiber(std::cos(thetaO), eta);
         PlotSeries curve;
-        curve.label = Printed("θ_o = %.1f°", Degrees(thetaO)) + Printed(", η' = %.2f", fiber.etaPrime);
+        curve.label = fmt::format("θ_o = {:.1f}°, η' = {:.2f}", Degrees(thetaO), fiber.etaPrime);
         curve.dash = thetaO > 0 ? PlotDash::Dashed : PlotDash::Solid;
         for (const double h : Linspace(-1, 1, 801)) {
             const double phi = Degrees(fiber.Phi(1, std::asin(h)));
@@ -81,23 +78,21 @@ FigureData Pharr1_15(const FigureOptions &) {
         {"the share of the circle that TT covers at θ_o = 0 is 1 - 2 asin(1/η) / π, off by",
          std::abs(cover[0] - exact), 0, 1e-12},
         {"the share of the circle that TT covers at η' = 2", cover[1], 2 / 3. - 1e-9, 2 / 3. + 1e-9}};
-    data.note =
-        Printed("The paper reads from it that TT covers roughly 2/3 of the circle: at normal incidence it is "
-                "%.1f%%, and 2/3 where η' = 2, at ",
-                100 * cover[0]) +
-        Printed("θ_o = %.1f° (dashed).", Degrees(inclined));
+    data.note = fmt::format("The paper reads from it that TT covers roughly 2/3 of the circle: at normal "
+                            "incidence it is {:.1f}%, and 2/3 where η' = 2, at θ_o = {:.1f}° (dashed).",
+                            100 * cover[0], Degrees(inclined));
     return data;
 }
 
 FigureData Pharr1_16(const FigureOptions &) {
-    FigureData data{Table({"s_rad", "x_rad", "density_per_rad"}), {}, "", {}};
+    FigureData data{Table({"s_rad", "x_rad", "density_per_rad"})};
     PlotPanel panel;
     panel.x = {.label = "x (rad)", .min = -kPi<double>, .max = kPi<double>, .step = 1};
     panel.y = {.label = "l_t(x, s, [-π, π]) (1/rad)", .min = 0};
     for (const double s : {0.5, 0.1}) {
         const auto density = [s](double x) { return TrimmedLogistic(x, s, -kPi<double>, kPi<double>); };
         PlotSeries curve;
-        curve.label = Printed("s = %g", s);
+        curve.label = fmt::format("s = {:g}", s);
         curve.dash = s < 0.5 ? PlotDash::Dashed : PlotDash::Solid;
         for (const double x : Linspace(-kPi<double>, kPi<double>, 1257)) {
             data.table.Add({s, x, density(x)});
@@ -109,7 +104,8 @@ FigureData Pharr1_16(const FigureOptions &) {
         double mass = 0;
         for (size_t i = 0; i < rule.x.size(); ++i)
             mass += kPi<double> * rule.w[i] * density(kPi<double> / 2 * (1 + rule.x[i]));
-        data.checks.push_back({Printed("for s = %g the integral over ±π is", s), mass, 1 - 1e-9, 1 + 1e-9});
+        data.checks.push_back(
+            {fmt::format("for s = {:g} the integral over ±π is", s), mass, 1 - 1e-9, 1 + 1e-9});
     }
     data.plot.panels = {panel};
     return data;
@@ -117,7 +113,7 @@ FigureData Pharr1_16(const FigureOptions &) {
 
 FigureData Pharr1_17(const FigureOptions &) {
     const double eta = 1.55, s = AzimuthalScale(0.1);
-    FigureData data{Table({"h", "phi_deg", "N_per_rad"}), {}, "", {}};
+    FigureData data{Table({"h", "phi_deg", "N_per_rad"})};
     data.plot.columns = 2, data.plot.width = 420, data.plot.height = 430;
     const SmoothFiber<double> fiber(1, eta);
     for (const double h : {-0.5, 0.3}) {
@@ -125,7 +121,7 @@ FigureData Pharr1_17(const FigureOptions &) {
                      center = WrapAngle(fiber.Phi(1, gammaO));
         PlotPanel panel;
         panel.kind = PlotKind::Polar;
-        panel.title = Printed("h = %g", h);
+        panel.title = fmt::format("h = {:g}", h);
         panel.y.label = "N_1 (1/rad)";
         PlotSeries curve;
         double mass = 0, peak = 0;
@@ -143,11 +139,11 @@ FigureData Pharr1_17(const FigureOptions &) {
         panel.series = {curve};
         data.plot.panels.push_back(panel);
         data.checks.push_back(
-            {Printed("for h = %g the integral around the fiber is", h), mass, 1 - 1e-6, 1 + 1e-6});
-        data.checks.push_back({Printed("for h = %g the peak is off Φ(1, h) by (degrees)", h),
+            {fmt::format("for h = {:g} the integral around the fiber is", h), mass, 1 - 1e-6, 1 + 1e-6});
+        data.checks.push_back({fmt::format("for h = {:g} the peak is off Φ(1, h) by (degrees)", h),
                                std::abs(Degrees(WrapAngle(peak - center))), 0, 0.05});
-        data.note +=
-            (data.note.empty() ? "The peaks lie at Φ(1, h) = " : " and ") + Printed("%.1f°", Degrees(center));
+        data.note += fmt::format("{}{:.1f}°", data.note.empty() ? "The peaks lie at Φ(1, h) = " : " and ",
+                                 Degrees(center));
     }
     data.note += ".";
     return data;

@@ -1,9 +1,11 @@
-// The papers' diagrams in space. Directions are those of the fiber: x along it toward the tip; what they show is traced with
-// vectors and checked against the formulas of the text.
+// The papers' diagrams in space. Directions are those of the fiber: x along it toward the tip. The rays are
+// traced with vectors, and a law checks the papers' formulas against them.
 #include "fibers/hair_model.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/papers/paper_figures.h"
-#include "figures/sheet.h"
+#include "figures/papers/sheet.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -17,8 +19,8 @@ V3 Direction(double theta, double phi) {
     return {std::sin(theta), std::cos(theta) * std::cos(phi), std::cos(theta) * std::sin(phi)};
 }
 
-// Parallel projection from above and beside: the fiber runs to the right, or upward.
-struct View {
+// Projects space onto the sheet, from above and beside: the fiber runs to the right, or upward.
+struct ParallelProjection {
     bool upright = false;
     double turn = Radians(35.), lift = Radians(25.);
     P2 operator()(const V3 &w) const {
@@ -26,7 +28,7 @@ struct View {
         return {p.x * std::cos(turn) - p.y * std::sin(turn),
                 p.z * std::cos(lift) + (p.x * std::sin(turn) + p.y * std::cos(turn)) * std::sin(lift)};
     }
-    // Whether a direction points to the side of the one who looks.
+    // True for a direction that points to the side of the one who looks.
     bool Faces(const V3 &w) const {
         const V3 p = Placed(w);
         return p.z * std::sin(lift) > (p.x * std::sin(turn) + p.y * std::cos(turn)) * std::cos(lift);
@@ -50,14 +52,14 @@ std::vector<V3> Meridian(double phi, double from, double to, double radius = 1) 
     return points;
 }
 
-void Draw(Sheet *sheet, const View &view, const std::vector<V3> &points, int color = kInk,
+void Draw(Sheet *sheet, const ParallelProjection &view, const std::vector<V3> &points, int color = kInk,
           PlotDash dash = PlotDash::Solid, double width = 1.5) {
     std::vector<P2> line(points.size());
     std::transform(points.begin(), points.end(), line.begin(), view);
     sheet->Line(line, color, dash, width);
 }
 // A line on a sphere or a tube: dotted where its normals point away from the one who looks.
-void DrawOnSurface(Sheet *sheet, const View &view, const std::vector<V3> &points,
+void DrawOnSurface(Sheet *sheet, const ParallelProjection &view, const std::vector<V3> &points,
                    const std::vector<V3> &normals, int color, double width = 1.5) {
     for (size_t from = 0, to = 1; to <= points.size(); ++to)
         if (to == points.size() || view.Faces(normals[to]) != view.Faces(normals[from])) {
@@ -68,13 +70,13 @@ void DrawOnSurface(Sheet *sheet, const View &view, const std::vector<V3> &points
             from = to;
         }
 }
-void DrawOnSphere(Sheet *sheet, const View &view, const std::vector<V3> &points, int color,
+void DrawOnSphere(Sheet *sheet, const ParallelProjection &view, const std::vector<V3> &points, int color,
                   double width = 1.5) {
     DrawOnSurface(sheet, view, points, points, color, width);
 }
 
-// The directions in which light that comes from omegaI leaves a smooth cylinder of radius 1 after 0, 1, ... segments inside,
-// for the ray that meets it at the offset h.
+// Traces the ray from omegaI that meets a smooth cylinder of radius 1 at the offset h; returns the directions
+// in which its light leaves after 0, 1, ... segments inside.
 std::vector<V3> TraceInSpace(const V3 &omegaI, double h, size_t segments) {
     const auto across = [](const V3 &v) { return V3(0, v.y, v.z); };
     const V3 toward = Normalize(across(omegaI)), beside = Cross(V3(1, 0, 0), toward);
@@ -102,7 +104,8 @@ double LengthOf(const std::vector<V3> &points) {
 } // namespace
 
 FigureData Pharr1_3(const FigureOptions &) {
-    // A tube about a bent curve in the x-z plane. Its normals are found as the cross product of its two slopes.
+    // A tube about a bent curve in the x-z plane. Its normals are found as the cross product of its two
+    // slopes.
     const double radius = 0.42, at = 0.15, step = 1e-5;
     const auto tangent = [](double s) { return Normalize(V3(1, 0, -0.5 * s)); };
     const auto surface = [&](double s, double angle) {
@@ -113,7 +116,7 @@ FigureData Pharr1_3(const FigureOptions &) {
         return Normalize(Cross(surface(s, angle + step) - surface(s, angle - step),
                                surface(s + step, angle) - surface(s - step, angle)));
     };
-    const View view;
+    const ParallelProjection view;
     Sheet sheet({-1.75, -1.55}, {1.75, 1.6});
     const std::vector<double> angles = Linspace(0, 2 * kPi<double>, 181);
     for (const double s : {-1.5, -0.9, at, 0.9, 1.5}) {
@@ -136,7 +139,7 @@ FigureData Pharr1_3(const FigureOptions &) {
     for (const auto &[a, b] : {std::pair{1, 1}, {-1, 1}, {-1, -1}, {1, -1}, {1, 1}})
         plane.push_back(middle + across * (1.05 * a) + up * (1.05 * b));
     Draw(&sheet, view, plane, kInk, PlotDash::Dashed);
-    FigureData data{Table({"angle_deg", "x", "y", "z", "n_x", "n_y", "n_z"}), {}, "", {}};
+    FigureData data{Table({"angle_deg", "x", "y", "z", "n_x", "n_y", "n_z"})};
     double along = 0;
     for (const double angle : Linspace(0, 2 * kPi<double>, 17)) {
         const V3 p = surface(at, angle), n = normal(at, angle);
@@ -154,7 +157,7 @@ FigureData Pharr1_3(const FigureOptions &) {
 }
 
 FigureData Pharr1_4(const FigureOptions &) {
-    const View view;
+    const ParallelProjection view;
     const double theta = Radians(40.), phi = Radians(60.);
     Sheet sheet({-1.4, -1.25}, {1.4, 1.25});
     Draw(&sheet, view, Parallel(0), kInk, PlotDash::Dashed);
@@ -186,7 +189,7 @@ FigureData Marschner03(const FigureOptions &) {
     const double thetaI = Radians(-35.), phiI = Radians(55.), thetaR = Radians(30.), phiR = Radians(120.),
                  a = 0.75;
     const V3 i = Direction(thetaI, phiI), r = Direction(thetaR, phiR);
-    const View view;
+    const ParallelProjection view;
     Sheet sheet({-1.45, -1.1}, {1.75, 1.4});
     Draw(&sheet, view, Parallel(0), kInk, PlotDash::Dashed);
     std::vector<V3> section;
@@ -223,15 +226,15 @@ FigureData Marschner03(const FigureOptions &) {
                     std::abs(std::atan2(i.x, AnglesOf(i.x, i.y, i.z).cosTheta) - thetaI) +
                         std::abs(std::atan2(r.x, AnglesOf(r.x, r.y, r.z).cosTheta) - thetaR),
                     0, 1e-12}};
-    data.note = Printed("Here θ_h = (θ_i + θ_r)/2 is %.1f°,", Degrees(thetaI + thetaR) / 2) +
-                Printed(" θ_d = (θ_r - θ_i)/2 is %.1f° and", Degrees(thetaR - thetaI) / 2) +
-                Printed(" φ = φ_r - φ_i is %.0f°.", Degrees(phiR - phiI));
+    data.note = fmt::format(
+        "Here θ_h = (θ_i + θ_r)/2 is {:.1f}°, θ_d = (θ_r - θ_i)/2 is {:.1f}° and φ = φ_r - φ_i is {:.0f}°.",
+        Degrees(thetaI + thetaR) / 2, Degrees(thetaR - thetaI) / 2, Degrees(phiR - phiI));
     return data;
 }
 
-// Appendix A: the directions that reflection (or refraction) makes of one, over all normals, on the unit sphere.
+// Appendix A: reflection (or refraction) over all normals turns one direction into these, on the unit sphere.
 Sheet SphereOfNormals(const V3 &omegaI, bool refracted, Table *table, double *off) {
-    const View view{.upright = true};
+    const ParallelProjection view{.upright = true};
     Sheet sheet({-1.3, -1.4}, {1.3, 1.35});
     sheet.panel.title = refracted ? "b: refracted" : "a: reflected";
     sheet.Arc({}, 1, 0, 2 * kPi<double>);
@@ -262,7 +265,7 @@ Sheet SphereOfNormals(const V3 &omegaI, bool refracted, Table *table, double *of
 
 // Appendix B: one refraction, and its shadow on the plane of the normals.
 Sheet BravaisProjection(const V3 &omegaI, double *off) {
-    const View view;
+    const ParallelProjection view;
     const V3 n(0, 0, 1);
     V3 t;
     RefractAt(n, -omegaI, kEta, &t);
@@ -294,7 +297,7 @@ Sheet BravaisProjection(const V3 &omegaI, double *off) {
 }
 
 FigureData Marschner16(const FigureOptions &) {
-    FigureData data{Table({"construction", "normal_deg", "u", "v", "w"}), {}, "", {}};
+    FigureData data{Table({"construction", "normal_deg", "u", "v", "w"})};
     double reflected = 0, refracted = 0, projected = 0;
     const V3 omegaI = Direction(Radians(35.), Radians(-60.));
     data.plot.panels = {SphereOfNormals(omegaI, false, &data.table, &reflected).panel,
@@ -311,8 +314,8 @@ FigureData Marschner16(const FigureOptions &) {
 FigureData Deon02(const FigureOptions &) {
     const double thetaI = Radians(40.), toward = Radians(22.);
     const V3 omegaI = Direction(thetaI, Radians(-110.));
-    const View view;
-    FigureData data{Table({"h", "p", "x", "y", "z"}), {}, "", {}};
+    const ParallelProjection view;
+    FigureData data{Table({"h", "p", "x", "y", "z"})};
     const auto sheet = [&](const char *title) {
         Sheet s({-1.5, -1.1}, {1.5, 1.1});
         s.panel.title = title;
@@ -348,8 +351,9 @@ FigureData Deon02(const FigureOptions &) {
     data.checks = {{"every traced ray leaves at 90° - θ_i from the fiber, off by (rad)", off, 0, 1e-12},
                    {"the drawn cones' circles are as cos θ_r to cos θ_i, off by",
                     std::abs(ratio - std::cos(toward - thetaI) / std::cos(thetaI)), 0, 1e-9}};
-    data.note = Printed("The circle of the wider cone is %.2f times as long,", ratio) +
-                Printed(" so the same light is spread over %.2f times the solid angle.", ratio);
+    data.note = fmt::format("The circle of the wider cone is {:.2f} times as long, so the same light is "
+                            "spread over {:.2f} times the solid angle.",
+                            ratio, ratio);
     return data;
 }
 

@@ -1,12 +1,10 @@
-#include "figures/fiber_plot.h"
+#include "figures/papers/fiber_plot.h"
 
 #include <cmath>
 
 namespace cuticle {
 
 namespace {
-
-constexpr double kDegrees = 180 / kPi<double>;
 
 const char *Label(GoniometerQuantity quantity) {
     return quantity == GoniometerQuantity::S ? "{/:Italic S} (1/sr)" : "{/:Italic p} (1/sr)";
@@ -78,8 +76,8 @@ Plot CurvePlot(const FiberHistogram &histogram, const FiberLight &light, const G
     curves.legend = "outside right";
     SetDecades(curves.series, &curves.y);
     if (incidence)
-        curves.lines = {{true, -light.theta * kDegrees, "−{/Symbol q}_i"},
-                        {true, 180 + light.theta * kDegrees, "−{/Symbol q}_i"}};
+        curves.lines = {{true, -light.theta / kDegree, "−{/Symbol q}_i"},
+                        {true, 180 + light.theta / kDegree, "−{/Symbol q}_i"}};
 
     PlotPanel polar = curves;
     polar.kind = PlotKind::Polar;
@@ -160,7 +158,7 @@ PlotSeries LobeSeries(const LobeSlice &slice, const std::string &label) {
     s.y = slice.value;
     s.error = slice.error;
     for (const double angle : slice.angle)
-        s.x.push_back(angle * kDegrees);
+        s.x.push_back(angle / kDegree);
     return s;
 }
 
