@@ -14,7 +14,7 @@
 
 namespace cuticle {
 
-// How the points of a strand are joined.
+// Says how the points of a strand are joined.
 enum class StrandSpline {
     CatmullRom, // through all points; tangents by the centripetal parametrisation, which does not overshoot
     BSpline, // uniform cubic B-spline, clamped to the first and last point: smoother, inside the points' hull
@@ -91,13 +91,14 @@ void AppendSegments(std::span<const Point3f> points, std::span<const float> widt
 void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &options,
                     std::vector<BezierSegment> *out);
 
-// A scene holds no more: the accelerator counts curve segments in 27 bits.
+// The most curve segments that a scene holds: the accelerator counts them in 27 bits.
 inline constexpr size_t kMaxSegments = (size_t(1) << 27) - 1;
 
-// Throws Error where there are more.
+// Throws Error where `segments` are more than kMaxSegments.
 void CheckSegmentCount(size_t segments);
 
-// So many pieces come from a groom whose strands all have points and no coincident ones: what to reserve.
+// Returns how many pieces come from a groom whose strands all have points and no coincident ones: what to
+// reserve.
 size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options);
 
 // Calls emit(segment, strand) for all pieces of all strands in order, from this thread; the pieces are made
@@ -105,15 +106,15 @@ size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options);
 void ForEachSegment(const Groom &groom, const SegmentOptions &options,
                     const std::function<void(const BezierSegment &, size_t strand)> &emit);
 
-// n + 1 points at equal arc lengths along the spline through `points`, with widths interpolated along it; n
-// >= 1. The first and the last point stay. A strand of no length gives n + 1 equal points. outAt: where on
-// the strand they lie, as BezierSegment::at; may be null.
+// Finds n + 1 points at equal arc lengths along the spline through `points`, with widths interpolated along
+// it; n >= 1. The first and the last point stay. A strand of no length gives n + 1 equal points. outAt: where
+// on the strand they lie, as BezierSegment::at; may be null.
 void ResampleStrand(std::span<const Point3f> points, std::span<const float> widths, StrandSpline spline,
                     int n, std::vector<Point3f> *outPoints, std::vector<float> *outWidths,
                     std::vector<float> *outAt = nullptr);
 
-// The groom for readers that join points by themselves: Bezier control points become two points a piece that
-// lie on the curve; any other groom stays as it is.
+// Returns the groom for readers that join points by themselves: Bezier control points become two points a
+// piece that lie on the curve; any other groom stays as it is.
 Groom PointsOnCurves(Groom groom);
 
 } // namespace cuticle

@@ -58,7 +58,7 @@ struct HeadMesh {
 // Every vertex above the cut lies on the zero set to 1e-3 cm.
 HeadMesh MakeHeadMesh(float spacing = 0.3f);
 
-// Binary PLY with normals, atomically. Throws Error naming the path.
+// Writes binary PLY with normals, whole or not at all. Throws Error naming the path.
 void WritePly(const std::string &filename, const HeadMesh &mesh);
 
 } // namespace cuticle
