@@ -316,6 +316,19 @@ CHECKS = {
 }
 
 
+# Files that a check does not hold to its rule yet, by check. The list only gets shorter, and what stands in it for good
+# says why. A file that passes again is named, so that it can be taken off.
+PENDING = {}
+
+
+def without_pending(check, errors, pending=None):
+    """The errors of files that are not pending, after a note for every file that need not be."""
+    waiting = (PENDING if pending is None else pending).get(check, set())
+    for file in sorted(waiting - {error.split(":")[0] for error in errors}):
+        print(f"note: {file} passes {check}: take it off PENDING")
+    return [error for error in errors if error.split(":")[0] not in waiting]
+
+
 def main(names):
     names = list(CHECKS) if names == ["all"] else names
     if not names or any(name not in CHECKS for name in names):
@@ -323,7 +336,7 @@ def main(names):
     files = list(house())
     count = 0
     for name in names:
-        errors = CHECKS[name](files)
+        errors = without_pending(name, CHECKS[name](files))
         print("\n".join(errors))
         print(f"{name}: {len(errors)} errors")
         count += len(errors)

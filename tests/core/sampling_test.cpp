@@ -151,7 +151,7 @@ TEST(Distribution1D, NeverChoosesCellsOfZero) {
     for (int i = 0; i <= n; ++i) {
         float probability = 0, remapped = 0;
         const float u = std::min(static_cast<float>(i) / n, OneMinusEpsilon);
-        const int cell = d.SampleDiscrete(u, &probability, &remapped);
+        const size_t cell = d.SampleDiscrete(u, &probability, &remapped);
         ASSERT_TRUE(cell == 2 || cell == 4) << u;
         ASSERT_TRUE(remapped >= 0 && remapped < 1);
         ASSERT_FLOAT_EQ(probability, cell == 2 ? 0.25f : 0.75f);
