@@ -43,8 +43,8 @@ T ParallelReduce(size_t count, size_t grain, const T &identity, const Map &map, 
 // lock.
 void Isolated(const std::function<void()> &f);
 
-// Runs f so that all loops inside f, also those of libraries on oneTBB, use at most this many threads, the calling one
-// included; 0: as many as there are. Other loops of the process are not bounded by it.
+// Runs f so that all loops inside f, also those of libraries on oneTBB, use at most this many threads, the
+// calling one included; 0: as many as there are. Other loops of the process are not bounded by it.
 void OnThreads(size_t threads, const std::function<void()> &f);
 inline void OnOneThread(const std::function<void()> &f) { OnThreads(1, f); }
 

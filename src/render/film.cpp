@@ -42,17 +42,14 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
     // 2^28 pixels of this film take 15 GB; what is more is a slip of the pen
     if (resolution_.x <= 0 || resolution_.y <= 0 ||
         static_cast<int64_t>(resolution_.x) * resolution_.y > (int64_t{1} << 28))
-        throw Error(p.loc,
-                    "a film of " + std::to_string(resolution_.x) + " x " + std::to_string(resolution_.y) +
-                        " pixels cannot be made; xresolution and yresolution must be positive, at most "
-                        "2^28 pixels together");
+        throw Error(p.loc, "a film of {} x {} pixels cannot be made", resolution_.x, resolution_.y)
+            .WithRemedy("xresolution and yresolution must be positive, at most 2^28 pixels together");
     std::array<float, 4> crop{0, 1, 0, 1};
     const std::vector<float> given = p.FindFloats("cropwindow");
     if (given.size() == 4)
         std::copy(given.begin(), given.end(), crop.begin());
     else if (!given.empty())
-        throw Error(p.loc,
-                    "\"cropwindow\" takes 4 numbers (x0 x1 y0 y1), not " + std::to_string(given.size()));
+        throw Error(p.loc, "\"cropwindow\" takes 4 numbers (x0 x1 y0 y1), not {}", given.size());
     if (options.crop)
         crop = *options.crop;
     for (size_t i = 0; i < 4; i += 2) {

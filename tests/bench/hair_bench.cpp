@@ -1,5 +1,5 @@
-// What an evaluation and a sample of the hair BSDF cost, set-up included, as at every hit of a path: the
-// lanes against the plain model and against the formulas as printed. Prints the ratios at the end.
+// Measures what an evaluation and a sample of the hair BSDF cost, set-up included, as at every hit of a path:
+// the lanes against the plain model and against the formulas as printed. Prints the ratios at the end.
 #include "core/sampling.h"
 #include "fibers/hair.h"
 #include "fibers/hair_as_printed.h"

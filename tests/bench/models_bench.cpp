@@ -1,5 +1,5 @@
-// What an evaluation (value and density) and a sample cost in every model of a fiber, set-up included, as at
-// every hit.
+// Measures what an evaluation (value and density) and a sample cost in every model of a fiber, set-up
+// included, as at every hit.
 #include "core/sampling.h"
 #include "fibers/deon.h"
 #include "fibers/hair.h"
