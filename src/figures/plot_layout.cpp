@@ -65,7 +65,7 @@ std::vector<PixelBox> BoxesOfData(const PlotPanel &panel, const PixelScale &scal
                 continue;
             const double dx = x - scale.X(s.x[i - 1]), dy = y - scale.Y(s.y[i - 1]),
                          length = std::hypot(dx, dy);
-            for (double at = 3; at < length; at += 3)
+            for (double at = 3; std::isfinite(length) && at < length; at += 3)
                 add(x - dx * at / length, y - dy * at / length, 1);
         }
     return boxes;

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 
 namespace cuticle {
@@ -67,7 +68,7 @@ TEST(PlotLayout, ALegendOfWideLettersIsNotCut) {
 TEST(PlotLayout, LettersStandBesidePointsNotOnThem) {
     // Two points at one place, one at the right edge, one whose usual side a line crosses.
     PlotSeries line;
-    line.x = {0.2, 0.3}, line.y = {0.2, 0.4};
+    line.x = {0.2, 0.3, 0.4, 0.5}, line.y = {0.2, 0.4, INFINITY, NAN};
     Plot plot = PlotOf({PointAt(0.5, 0.5, "a"), PointAt(0.5, 0.5, "b"), PointAt(0.999, 0.8, "c"),
                         PointAt(0.2, 0.2, "d"), line});
     PlotPanel &panel = plot.panels[0];
