@@ -1,7 +1,9 @@
 #include "render/film.h"
 
+#include "core/error.h"
 #include "render/plugins.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cuticle {
@@ -41,7 +43,7 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
         resolution_ = {std::max(1, resolution_.x / 4), std::max(1, resolution_.y / 4)};
     // 2^28 pixels of this film take 15 GB; what is more is a slip of the pen
     if (resolution_.x <= 0 || resolution_.y <= 0 ||
-        static_cast<int64_t>(resolution_.x) * resolution_.y > (int64_t{1} << 28))
+        int64_t{resolution_.x} * resolution_.y > (int64_t{1} << 28))
         throw Error(p.loc, "a film of {} x {} pixels cannot be made", resolution_.x, resolution_.y)
             .WithRemedy("xresolution and yresolution must be positive, at most 2^28 pixels together");
     std::array<float, 4> crop{0, 1, 0, 1};
@@ -50,11 +52,27 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
         std::copy(given.begin(), given.end(), crop.begin());
     else if (!given.empty())
         throw Error(p.loc, "\"cropwindow\" takes 4 numbers (x0 x1 y0 y1), not {}", given.size());
-    if (options.crop)
-        crop = *options.crop;
+    SetWindow(p, options.crop.value_or(crop));
+    scale_ = p.FindFloat("scale", 1);
+    // A picture is held in binary32, and so are the samples that the scale multiplies
+    if (!(scale_ > 0 && scale_ <= 1e12))
+        throw Error(p.loc, "the film's \"scale\" must be above 0 and at most 1e12");
+    maxLuminance_ = p.FindFloat("maxsampleluminance", Infinity);
+    if (!(maxLuminance_ > 0))
+        throw Error(p.loc, "the film's \"maxsampleluminance\" must be above 0");
+    (void)p.FindFloat("diagonal", 35); // of the film in mm: only pbrt-v3's realistic camera uses it
+    p.ReportUnused("Film \"image\"");
+    const Point2i size = WindowSize();
+    pixels_.resize(static_cast<size_t>(size.x) * static_cast<size_t>(size.y));
+    if (options.variance)
+        squares_.resize(pixels_.size());
+}
+
+// Finds the window of a crop in fractions of the picture, x0 x1 y0 y1. Throws Error where it holds no pixel.
+void Film::SetWindow(const ParamSet &params, std::array<float, 4> crop) {
     for (size_t i = 0; i < 4; i += 2) {
         if (!std::isfinite(crop[i]) || !std::isfinite(crop[i + 1]))
-            throw Error(p.loc, "the crop window holds a number that is not finite");
+            throw Error(params.loc, "the crop window holds a number that is not finite");
         if (crop[i] > crop[i + 1])
             std::swap(crop[i], crop[i + 1]);
         crop[i] = std::clamp(crop[i], 0.f, 1.f);
@@ -67,17 +85,17 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
     min_ = {pixel(resolution_.x, crop[0]), pixel(resolution_.y, crop[2])};
     max_ = {pixel(resolution_.x, crop[1]), pixel(resolution_.y, crop[3])};
     if (min_.x >= max_.x || min_.y >= max_.y)
-        throw Error(p.loc, "the crop window holds no pixel; give x0 < x1 and y0 < y1 between 0 and 1");
-    scale_ = p.FindFloat("scale", 1);
-    // A picture is held in binary32, and so are the samples that the scale multiplies
-    if (!(scale_ > 0 && scale_ <= 1e12))
-        throw Error(p.loc, "the film's \"scale\" must be above 0 and at most 1e12");
-    maxLuminance_ = p.FindFloat("maxsampleluminance", Infinity);
-    if (!(maxLuminance_ > 0))
-        throw Error(p.loc, "the film's \"maxsampleluminance\" must be above 0");
-    (void)p.FindFloat("diagonal", 35); // of the film in mm: only pbrt-v3's realistic camera uses it
-    p.ReportUnused("Film \"image\"");
-    pixels_.resize(static_cast<size_t>(max_.x - min_.x) * static_cast<size_t>(max_.y - min_.y));
+        throw Error(params.loc, "the crop window holds no pixel")
+            .WithRemedy("give x0 < x1 and y0 < y1 between 0 and 1");
+}
+
+std::string RenderIdentity::ToString() const {
+    return fmt::format("{}, {}, {} samples per pixel, seed {}", scene, integrator, spp, seed);
+}
+
+void Film::Expect(const RenderIdentity &render, const SampleRange &samples) {
+    render_ = render;
+    samples_ = {samples};
 }
 
 bool Film::Add(int x, int y, const Spectrum &radiance) {
@@ -86,20 +104,45 @@ bool Film::Add(int x, int y, const Spectrum &radiance) {
     Spectrum l = radiance;
     if (const float luminance = l.y(); luminance > maxLuminance_)
         l *= maxLuminance_ / luminance;
-    Pixel &pixel = pixels_[static_cast<size_t>(y - min_.y) * static_cast<size_t>(max_.x - min_.x) +
-                           static_cast<size_t>(x - min_.x)];
+    const size_t index = static_cast<size_t>(y - min_.y) * static_cast<size_t>(max_.x - min_.x) +
+                         static_cast<size_t>(x - min_.x);
     for (size_t c = 0; c < 3; ++c) {
-        const double v = l.c[c];
-        pixel.sum[c] += v;
-        pixel.sumSquares[c] += v * v;
+        const BinaryNumber v = BinaryNumber::Of(l.c[c]);
+        pixels_[index].sums.Add(c, v);
+        if (HasVariance())
+            squares_[index].Add(c, v.Squared());
     }
-    ++pixel.n;
+    ++pixels_[index].n;
     return true;
 }
 
-Image Film::Develop(bool variance) const {
+void Film::Merge(const Film &other) {
+    const auto shape = [](const Film &f) {
+        return fmt::format("{} x {} pixels, window ({}, {}) to ({}, {}){}", f.resolution_.x, f.resolution_.y,
+                           f.min_.x, f.min_.y, f.max_.x, f.max_.y, f.HasVariance() ? ", with variance" : "");
+    };
+    if (shape(*this) != shape(other))
+        throw Error("films of different shape cannot be merged: {}; {}", shape(*this), shape(other));
+    if (!(render_ == other.render_) || scale_ != other.scale_ || maxLuminance_ != other.maxLuminance_)
+        throw Error("films of different renders cannot be merged: {}; {}", render_.ToString(),
+                    other.render_.ToString());
+    for (const SampleRange &a : samples_)
+        for (const SampleRange &b : other.samples_)
+            if (std::max(a.first, b.first) < std::min(a.last, b.last))
+                throw Error("films that share samples cannot be merged: both hold sample {} of each pixel",
+                            std::max(a.first, b.first));
+    samples_.insert(samples_.end(), other.samples_.begin(), other.samples_.end());
+    for (size_t i = 0; i < pixels_.size(); ++i) {
+        pixels_[i].sums.Add(other.pixels_[i].sums);
+        pixels_[i].n += other.pixels_[i].n;
+        if (HasVariance())
+            squares_[i].Add(other.squares_[i]);
+    }
+}
+
+Image Film::Develop() const {
     std::vector<std::string> channels{"R", "G", "B"};
-    if (variance)
+    if (HasVariance())
         channels.insert(channels.end(), {"variance.R", "variance.G", "variance.B"});
     Image image(max_.x - min_.x, max_.y - min_.y, channels);
     image.fullWidth = resolution_.x;
@@ -107,18 +150,18 @@ Image Film::Develop(bool variance) const {
     image.cropX = min_.x;
     image.cropY = min_.y;
     size_t out = 0;
-    for (const Pixel &pixel : pixels_) {
-        const double n = pixel.n;
+    for (size_t i = 0; i < pixels_.size(); ++i) {
+        const double n = pixels_[i].n;
         std::array<double, 3> mean{};
         for (size_t c = 0; c < 3; ++c) {
-            mean[c] = n > 0 ? pixel.sum[c] / n : 0;
+            mean[c] = n > 0 ? pixels_[i].sums.Value(c) / n : 0;
             image.data[out++] = static_cast<float>(scale_ * mean[c]);
         }
-        if (!variance)
+        if (!HasVariance())
             continue;
         for (size_t c = 0; c < 3; ++c) {
             // One sample tells nothing of the spread: infinite variance, so that no test trusts it
-            const double v = n > 1 ? std::max(0.0, pixel.sumSquares[c] / n - mean[c] * mean[c]) / (n - 1)
+            const double v = n > 1 ? std::max(0.0, squares_[i].Value(c) / n - mean[c] * mean[c]) / (n - 1)
                                    : std::numeric_limits<double>::infinity();
             image.data[out++] = static_cast<float>(scale_ * scale_ * v);
         }

@@ -8,6 +8,7 @@
 #include "render/sampler.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <mutex>
 
 namespace cuticle {
@@ -24,13 +25,22 @@ int TargetSamples(const JobOptions &options, const SamplerSetup &sampler) {
     return options.spp.value_or(options.quick ? std::max(1, sampler.spp / 4) : sampler.spp);
 }
 
+// Names the whole render, so that films of different ones are not merged.
+RenderIdentity IdentityOf(const SceneDescription &description, const JobOptions &options, int spp) {
+    return {fmt::format("{} of {} bytes", std::filesystem::path(description.filename).filename().string(),
+                        description.bytesRead),
+            options.ownIntegrator ? "an integrator of the caller's own"
+                                  : options.integrator.value_or(description.integrator.type),
+            spp, options.seed};
+}
+
 // Everything that a job renders with, made from the scene's directives. Throws Error where one of them is
 // wrong.
 class RenderJob {
   public:
     RenderJob(const SceneDescription &description, const Scene &scene, const JobOptions &options)
         : scene_(scene), options_(options), sceneName_(description.filename),
-          film_(description.film, {options.film.crop, options.quick}),
+          film_(description.film, {options.film.crop, options.quick, options.variance}),
           camera_(MakeCamera(description.camera, film_.Resolution(),
                              description.film.params.FindFloat("diagonal", 35))),
           filter_(MakeFilter(description.filter)),
@@ -47,6 +57,7 @@ class RenderJob {
         if (!(0 <= samples_.first && samples_.first < samples_.last && samples_.last <= spp_))
             throw Error("the samples {} to {} are no part of {} per pixel", samples_.first, samples_.last,
                         spp_);
+        film_.Expect(IdentityOf(description, options, spp_), samples_);
     }
     JobResult Run() &&;
 

@@ -14,12 +14,6 @@
 
 namespace cuticle {
 
-// The samples first, ..., last - 1 of every pixel.
-struct SampleRange {
-    int first = 0, last = 0;
-    int Count() const { return last - first; }
-};
-
 // The wishes of a job's caller; every default is what the scene says.
 struct JobOptions {
     // The samples per pixel of the whole render, of which this job may be a part: they make one stratified
@@ -28,6 +22,7 @@ struct JobOptions {
     std::optional<SampleRange> samples; // this job's part, 0 <= first < last <= spp; default: all of them
     uint64_t seed = 0;                  // another seed, another noise
     FilmOptions film;                   // the crop window
+    bool variance = false;              // the film keeps what the variance of every pixel needs
     bool quick = false; // pbrt's --quick: a quarter of the samples and of the resolution in each direction
     std::optional<std::string> integrator; // overrides the scene's
     // An integrator of the caller's own, which keeps it; it precedes every name.

@@ -53,7 +53,7 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
         stats->shadowRays = job.rays.shadowRays;
         stats->nanSamples = job.nanSamples;
     }
-    Image image = job.film.Develop(options.variance);
+    Image image = job.film.Develop();
     image.attributes["scene"] =
         TextAttribute(std::filesystem::path(description.filename).filename().string());
     image.attributes["version"] = TextAttribute(CUTICLE_VERSION);

@@ -8,9 +8,7 @@
 
 namespace cuticle {
 
-struct RenderOptions : JobOptions {
-    bool variance = false; // add variance channels
-};
+using RenderOptions = JobOptions;
 
 struct RenderStats {
     double renderSeconds = 0;  // on the wall
