@@ -27,7 +27,10 @@ from pathlib import Path
 LITERATE = [
     "src/fibers/**/*",
     "src/shapes/curve.*",
+    "src/shapes/curve_capsule.*",
     "src/shapes/curve_set*",
+    "src/shapes/curve_tree.*",
+    "src/core/lanes.h",
     "src/core/sampling.*",
     "src/materials/hair_material.*",
     "src/render/path.*",

@@ -253,8 +253,8 @@ void AddRenderCommand(CLI::App &app) {
         ->check(CLI::IsMember(models))
         ->type_name("NAME");
     c->footer("Ctrl-C writes what there is and says how many samples it holds (exit status 130).\n"
-              "CUTICLE_ISA=sse2|avx2|avx512 chooses the curve kernels' instruction set; default: the best "
-              "there is.\n"
+              "CUTICLE_ISA=sse2|avx2|avx512 chooses the instruction set of the kernels of curves and hair; "
+              "default: the best there is.\n"
               "Example: cuticle render scenes/quickstart.pbrt --spp 64 -o head.exr --stats head.json");
     c->callback([a] { RunRender(*a); });
 }

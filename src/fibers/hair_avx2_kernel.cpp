@@ -1,7 +1,6 @@
 //> Compile the kernels for processors with AVX2 and FMA
-// Four lanes fill half of such a processor's register; the gain is in fused multiply-adds, which the compiler forms,
-// and in code with three operands.
+// Four lanes fill half of such a processor's register; the gain is in fused multiply-adds, which the compiler
+// forms, and in code with three operands.
 #define CUTICLE_KERNEL avx2
-#define CUTICLE_KERNEL_ARCH xsimd::sse4_2
 #include "fibers/hair_kernel.h"
 //<

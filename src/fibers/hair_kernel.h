@@ -1,15 +1,14 @@
 //> Run the four lobes in the lanes of one register
-// Included by one source file for each kind of processor, which first defines
-//     CUTICLE_KERNEL        the name of the kernels and of the namespace that keeps them apart
-//     CUTICLE_KERNEL_ARCH   the xsimd architecture whose float register has four lanes
-// Only inlined functions and functions of that namespace may be used here: a function shared with the rest of the
-// program could be linked in the form that this file compiled, for a processor that the program does not run on.
+// This text is included by one source file for each instruction set, which first defines CUTICLE_KERNEL: the
+// name of the kernels and of the namespace that keeps them apart. Only inlined functions and functions of
+// that namespace may be used here: a function shared with the rest of the program could be linked in the form
+// that this file compiled, for a processor that the program does not run on.
+#include "core/lanes.h"
 #include "core/special.h"
 #include "fibers/hair_lanes.h"
 #include "fibers/hair_model.h"
 
 #include <cmath>
-#include <xsimd/xsimd.hpp>
 
 namespace cuticle::CUTICLE_KERNEL {
 namespace {
@@ -17,34 +16,30 @@ namespace {
 //> Wrap a register of four floats
 // The type is of this namespace, so templates over it are compiled for this kernel alone.
 struct Lanes {
-    using Register = xsimd::batch<float, CUTICLE_KERNEL_ARCH>;
-    using Integers = xsimd::batch<int32_t, CUTICLE_KERNEL_ARCH>;
-    CUTICLE_INLINE Lanes() : v(0.f) {}
+    using Register = lanes::Pack<kLobes>::F;
+    using Integers = lanes::Pack<kLobes>::I;
+    CUTICLE_INLINE Lanes() : v{} {}
     CUTICLE_INLINE Lanes(Register r) : v(r) {}
-    CUTICLE_INLINE explicit Lanes(float x) : v(x) {}
-    CUTICLE_INLINE explicit Lanes(const std::array<float, 4> &a) : v(Register::load_unaligned(a.data())) {}
-    // Four numbers just computed: through registers, for a load of four would wait until four stores are done.
-    CUTICLE_INLINE Lanes(float a, float b, float c, float d) : v(Register::register_type{a, b, c, d}) {}
+    CUTICLE_INLINE explicit Lanes(float x) : v(lanes::Fill<Register>(x)) {}
+    CUTICLE_INLINE explicit Lanes(const std::array<float, 4> &a) : v(lanes::Load<Register>(a.data())) {}
+    // Four numbers just computed: through registers, for a load of four would wait until four stores are
+    // done.
+    CUTICLE_INLINE Lanes(float a, float b, float c, float d) : v{a, b, c, d} {}
     template <size_t lane>
     CUTICLE_INLINE float Get() const {
-        return static_cast<Register::register_type>(v)[lane];
+        return v[lane];
     }
-    CUTICLE_INLINE Lanes LastFromThird() const {
-        const Register::register_type r = v;
-        return Register(__builtin_shufflevector(r, r, 0, 1, 2, 2));
-    }
-    CUTICLE_INLINE Integers Bits() const { return xsimd::bitwise_cast<Integers>(v); }
-    CUTICLE_INLINE static Lanes FromBits(Integers bits) { return xsimd::bitwise_cast<Register>(bits); }
+    CUTICLE_INLINE Lanes LastFromThird() const { return __builtin_shufflevector(v, v, 0, 1, 2, 2); }
+    CUTICLE_INLINE Integers Bits() const { return reinterpret_cast<Integers>(v); }
+    CUTICLE_INLINE static Lanes FromBits(Integers bits) { return reinterpret_cast<Register>(bits); }
     CUTICLE_INLINE std::array<float, 4> Array() const {
         std::array<float, 4> a;
-        v.store_unaligned(a.data());
+        __builtin_memcpy(a.data(), &v, sizeof(v));
         return a;
     }
     Register v;
 };
-static_assert(Lanes::Register::size == kLobes);
 using Integers = Lanes::Integers;
-using Mask = xsimd::batch_bool<float, CUTICLE_KERNEL_ARCH>;
 //<
 
 //> Give registers the operations that the model asks for
@@ -53,20 +48,20 @@ CUTICLE_INLINE Lanes operator-(Lanes a, Lanes b) { return a.v - b.v; }
 CUTICLE_INLINE Lanes operator-(Lanes a) { return -a.v; }
 CUTICLE_INLINE Lanes operator*(Lanes a, Lanes b) { return a.v * b.v; }
 CUTICLE_INLINE Lanes operator/(Lanes a, Lanes b) { return a.v / b.v; }
-CUTICLE_INLINE Mask operator<(Lanes a, Lanes b) { return a.v < b.v; }
-CUTICLE_INLINE Lanes Sqrt(Lanes x) { return xsimd::sqrt(x.v); }
-CUTICLE_INLINE Lanes Max(Lanes a, Lanes b) { return xsimd::max(a.v, b.v); }
-CUTICLE_INLINE Lanes Min(Lanes a, Lanes b) { return xsimd::min(a.v, b.v); }
-CUTICLE_INLINE Lanes Abs(Lanes a) { return xsimd::abs(a.v); }
-CUTICLE_INLINE Lanes Select(Mask condition, Lanes yes, Lanes no) {
-    return xsimd::select(condition, yes.v, no.v);
+CUTICLE_INLINE Integers operator<(Lanes a, Lanes b) { return a.v < b.v; }
+CUTICLE_INLINE Lanes Sqrt(Lanes x) { return lanes::Sqrt(x.v); }
+CUTICLE_INLINE Lanes Max(Lanes a, Lanes b) { return lanes::Max(a.v, b.v); }
+CUTICLE_INLINE Lanes Min(Lanes a, Lanes b) { return lanes::Min(a.v, b.v); }
+CUTICLE_INLINE Lanes Abs(Lanes a) { return lanes::Abs(a.v); }
+CUTICLE_INLINE Lanes Select(Integers condition, Lanes yes, Lanes no) {
+    return lanes::Select(condition, yes.v, no.v);
 }
 //<
 
 //> Compute exponentials
 //> Split off the power of two
-// x = n ln 2 + r, |r| <= (ln 2)/2, ln 2 in two parts so that n times the first is exact. Adding 1.5 2^23 leaves n
-// in the low bits of the sum.
+// x = n ln 2 + r, |r| <= (ln 2)/2, ln 2 in two parts so that n times the first is exact. Adding 1.5 2^23
+// leaves n in the low bits of the sum.
 struct Reduced {
     Lanes r, twoToN;
 };
@@ -74,7 +69,7 @@ CUTICLE_INLINE Reduced ReduceExp(Lanes x) {
     const Lanes shifted = x * Lanes(1.44269504f) + Lanes(12582912.f);
     const Lanes n = shifted - Lanes(12582912.f);
     const Lanes r = (x - n * Lanes(0.693359375f)) + n * Lanes(2.12194440e-4f);
-    const Integers bits = (shifted.Bits() << 23) + Integers(127 << 23);
+    const Integers bits = (shifted.Bits() << 23) + (127 << 23);
     return {r, Lanes::FromBits(bits)};
 }
 // exp(r) - 1, a Chebyshev fit with relative error 1e-8.
@@ -98,8 +93,8 @@ CUTICLE_INLINE Lanes Exp(Lanes x) { return ExpBoth(x).exp; }
 //<
 
 //> Compute sines and cosines of turns
-// Of 2 pi x. Quarters of a turn are taken off exactly; on the eighth that remains, Chebyshev fits with errors
-// below 2e-10.
+// Returns sine and cosine of 2 pi x. Quarters of a turn are taken off exactly; on the eighth that remains,
+// Chebyshev fits with errors below 2e-10.
 CUTICLE_INLINE SinCosine<Lanes> SinCosTurns(Lanes turns) {
     const Lanes shifted = turns * Lanes(4.f) + Lanes(12582912.f);
     const Lanes r = (turns - (shifted - Lanes(12582912.f)) * Lanes(0.25f)) * Lanes(6.28318531f);
@@ -110,9 +105,9 @@ CUTICLE_INLINE SinCosine<Lanes> SinCosTurns(Lanes turns) {
         Lanes(1.f) + y * Polynomial(y, -0.4999999997f, 0.04166665064f, -0.001388758916f, 2.446378829e-5f);
     //> Swap and negate by the quarter
     const Integers quarter = shifted.Bits();
-    const Mask odd = Lanes(0.99999997f) < Lanes::FromBits((quarter & Integers(1)) + Integers(0x3f7fffff));
-    const Integers sineSign = (quarter & Integers(2)) << 30;
-    const Integers cosineSign = ((quarter + Integers(1)) & Integers(2)) << 30;
+    const Integers odd = -(quarter & 1);
+    const Integers sineSign = (quarter & 2) << 30;
+    const Integers cosineSign = ((quarter + 1) & 2) << 30;
     const auto flip = [](Lanes v, Integers sign) { return Lanes::FromBits(v.Bits() ^ sign); };
     return {flip(Select(odd, cosine, sine), sineSign), flip(Select(odd, sine, cosine), cosineSign)};
     //<
@@ -120,7 +115,8 @@ CUTICLE_INLINE SinCosine<Lanes> SinCosTurns(Lanes turns) {
 //<
 
 //> Compute the size of an angle
-// |atan2(sine, cosine)|, in [0, pi]; 0 for (0, 0). A Chebyshev fit of the arc tangent on [0, 1], relative error 2e-8.
+// |atan2(sine, cosine)|, in [0, pi]; 0 for (0, 0). A Chebyshev fit of the arc tangent on [0, 1], relative
+// error 2e-8.
 CUTICLE_INLINE Lanes AbsAngle(Lanes sine, Lanes cosine) {
     const Lanes a = Abs(sine), b = Abs(cosine);
     const Lanes ratio = Min(a, b) / Max(Max(a, b), Lanes(1e-37f));
@@ -134,17 +130,19 @@ CUTICLE_INLINE Lanes AbsAngle(Lanes sine, Lanes cosine) {
 //<
 
 //> Turn rows into columns
-struct Rows {
+struct LaneRows {
     Lanes a, b, c, d;
 };
-CUTICLE_INLINE Rows Transpose(const Rows &m) {
-    const auto ac = xsimd::zip_lo(m.a.v, m.c.v), bd = xsimd::zip_lo(m.b.v, m.d.v);
-    const auto ac2 = xsimd::zip_hi(m.a.v, m.c.v), bd2 = xsimd::zip_hi(m.b.v, m.d.v);
-    return {xsimd::zip_lo(ac, bd), xsimd::zip_hi(ac, bd), xsimd::zip_lo(ac2, bd2), xsimd::zip_hi(ac2, bd2)};
+CUTICLE_INLINE LaneRows Transpose(const LaneRows &m) {
+    // Two rows' lanes in turn: from the lower halves, then from the upper ones.
+    const auto low = [](Lanes x, Lanes y) { return Lanes(__builtin_shufflevector(x.v, y.v, 0, 4, 1, 5)); };
+    const auto high = [](Lanes x, Lanes y) { return Lanes(__builtin_shufflevector(x.v, y.v, 2, 6, 3, 7)); };
+    const Lanes ac = low(m.a, m.c), bd = low(m.b, m.d), ac2 = high(m.a, m.c), bd2 = high(m.b, m.d);
+    return {low(ac, bd), high(ac, bd), low(ac2, bd2), high(ac2, bd2)};
 }
 // The sum over each of four rows, as one register.
-CUTICLE_INLINE Lanes SumRows(const Rows &m) {
-    const Rows t = Transpose(m);
+CUTICLE_INLINE Lanes SumRows(const LaneRows &m) {
+    const LaneRows t = Transpose(m);
     return (t.a + t.b) + (t.c + t.d);
 }
 //<
@@ -156,8 +154,8 @@ void SetUp(const HairParameters &parameters, HairSetup &setup) {
     setup.etaSquaredMinusOne = (parameters.eta - 1) * (parameters.eta + 1);
     setup.sigmaA = Lanes(parameters.sigmaA[0], parameters.sigmaA[1], parameters.sigmaA[2], 0).Array();
     //> Compute what depends on the roughnesses
-    // v of TRT serves the last lobe too. Its lane is free for the logistic, whose exp(-pi/s) is exp(-2/v) of a v of
-    // 2s/pi.
+    // v of TRT serves the last lobe too. Its lane is free for the logistic, whose exp(-pi/s) is exp(-2/v) of
+    // a v of 2s/pi.
     setup.s = AzimuthalScale(parameters.betaN);
     const Lanes v =
         Max(Lanes(UnscaledVariance(parameters.betaM)) * Lanes(1, 0.25f, 4, 0), Lanes(kMinV<float>)) +
@@ -185,15 +183,15 @@ void SetUp(const HairParameters &parameters, HairSetup &setup) {
 //<
 
 //> Compute what depends on $\omega_o$
-struct View {
+struct HairView {
     FiberAngles<float> o;
     SinCosine<Lanes> tilted; // of theta_o, for each lobe
     SinCosine<Lanes> phi;    // Phi of each lobe, in the plane
     Lanes r, g, b, y;        // A_p of each lobe in three colours, and its luminance
     float sumY, invSumY;     // invSumY is 0 where no light leaves
 };
-CUTICLE_INLINE View Look(const HairSetup &setup, const Vector3f &wo) {
-    View view;
+CUTICLE_INLINE HairView PrepareView(const HairSetup &setup, const Vector3f &wo) {
+    HairView view;
     view.o = AnglesOf(wo.x, wo.y, wo.z);
     view.tilted =
         Tilted(Lanes(view.o.sinTheta), Lanes(view.o.cosTheta), Lanes(setup.sinTilt), Lanes(setup.cosTilt));
@@ -203,10 +201,10 @@ CUTICLE_INLINE View Look(const HairSetup &setup, const Vector3f &wo) {
     const FresnelPair<float> fresnel = Fresnel(inside.cosIncident, inside.t, setup.eta);
     const ExpPair t = ExpBoth(Lanes(setup.sigmaA) * Lanes(-inside.length));
     const std::array<Lanes, kLobes> ap = Ap(Lanes(fresnel.f), Lanes(fresnel.oneMinusF), t.exp, -t.expm1);
-    const Rows byColor = Transpose({ap[0], ap[1], ap[2], ap[3]});
+    const LaneRows byColor = Transpose({ap[0], ap[1], ap[2], ap[3]});
     view.r = byColor.a, view.g = byColor.b, view.b = byColor.c;
     view.y = Lanes(kLuminance[0]) * view.r + Lanes(kLuminance[1]) * view.g + Lanes(kLuminance[2]) * view.b;
-    view.sumY = xsimd::hadd(view.y.v);
+    view.sumY = lanes::Sum(view.y.v);
     view.invSumY = view.sumY < kBlack ? 0 : 1 / view.sumY;
     //<
     const PhiInPlane<float> turn = TurnsOfPaths(setup.h, setup.cosGammaO, inside);
@@ -218,19 +216,19 @@ CUTICLE_INLINE View Look(const HairSetup &setup, const Vector3f &wo) {
 
 //> Add the lobes up in the lanes
 // NaN and infinity in a direction pass through minima and maxima unseen: nanTaint carries them, 0 or NaN.
-CUTICLE_INLINE HairValue Gather(const HairSetup &setup, const View &view, float sinThetaI, float cosThetaI,
-                                Lanes absDPhi, float nanTaint) {
+CUTICLE_INLINE HairValue SumLobes(const HairSetup &setup, const HairView &view, float sinThetaI,
+                                  float cosThetaI, Lanes absDPhi, float nanTaint) {
     const Lanes density = ScaledMp(Lanes(cosThetaI), view.tilted.cos, Lanes(sinThetaI), view.tilted.sin,
                                    Lanes(setup.invV), Lanes(setup.mpNorm)) *
                           ScaledLogistic(absDPhi, Lanes(setup.invS), Lanes(setup.npNorm));
-    const Rows parts = {view.r * density, view.g * density, view.b * density, view.y * density};
+    const LaneRows parts = {view.r * density, view.g * density, view.b * density, view.y * density};
     const std::array<float, 4> sums = (SumRows(parts) + Lanes(nanTaint)).Array();
     return {{sums[0], sums[1], sums[2]}, sums[3] * view.invSumY};
 }
 //<
 
 //> Measure the azimuth from the centre of each lobe
-CUTICLE_INLINE Lanes FromCentre(const View &view, SinCosine<float> phi) {
+CUTICLE_INLINE Lanes DistanceFromCentre(const HairView &view, SinCosine<float> phi) {
     const Lanes sine(phi.sin), cosine(phi.cos);
     return AbsAngle(sine * view.phi.cos - cosine * view.phi.sin, cosine * view.phi.cos + sine * view.phi.sin);
 }
@@ -238,18 +236,18 @@ CUTICLE_INLINE Lanes FromCentre(const View &view, SinCosine<float> phi) {
 
 //> Evaluate for two directions
 HairValue Evaluate(const HairSetup &setup, const Vector3f &wo, const Vector3f &wi) {
-    const View view = Look(setup, wo);
+    const HairView view = PrepareView(setup, wo);
     const FiberAngles<float> i = AnglesOf(wi.x, wi.y, wi.z);
     const float nanTaint = 0 * ((wo.x + wo.y + wo.z) + (wi.x + wi.y + wi.z));
-    return Gather(setup, view, i.sinTheta, i.cosTheta, FromCentre(view, RelativeAzimuth(view.o, i)),
-                  nanTaint);
+    return SumLobes(setup, view, i.sinTheta, i.cosTheta, DistanceFromCentre(view, RelativeAzimuth(view.o, i)),
+                    nanTaint);
 }
 //<
 
 //> Sample a direction
 HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<float, 4> &random,
                  Vector3f *wi) {
-    const View view = Look(setup, wo);
+    const HairView view = PrepareView(setup, wo);
     const std::array<float, 4> u = Min(Max(Lanes(random), Lanes(kMinU)), Lanes(OneMinusEpsilon)).Array();
     const float nanTaint = 0 * ((wo.x + wo.y + wo.z) + ((random[0] + random[1]) + (random[2] + random[3])));
     //> Choose the lobe $q$ by its share of the luminance
@@ -284,8 +282,8 @@ HairValue Sample(const HairSetup &setup, const Vector3f &wo, const std::array<fl
     //> Evaluate at the drawn angles
     const Lanes chosen(static_cast<float>(q)), lane(0, 1, 2, 3);
     const Lanes absDPhi =
-        Select(Abs(lane - chosen) < Lanes(0.5f), Lanes(std::abs(dPhi)), FromCentre(view, phi));
-    return Gather(setup, view, theta.sin, theta.cos, absDPhi, nanTaint);
+        Select(Abs(lane - chosen) < Lanes(0.5f), Lanes(std::abs(dPhi)), DistanceFromCentre(view, phi));
+    return SumLobes(setup, view, theta.sin, theta.cos, absDPhi, nanTaint);
     //<
 }
 //<

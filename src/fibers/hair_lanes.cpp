@@ -2,7 +2,10 @@
 #include "fibers/hair_lanes.h"
 
 #include "core/error.h"
+#include "core/isa.h"
 #include "fibers/hair_model.h"
+
+#include <fmt/format.h>
 
 #include <atomic>
 #include <string_view>
@@ -10,11 +13,14 @@
 namespace cuticle {
 
 //> Name the kernels that other files compile
-#ifdef CUTICLE_HAVE_X86_KERNELS
 namespace sse2 {
 extern const HairKernels kKernels;
 }
+#ifdef CUTICLE_HAVE_X86_KERNELS
 namespace avx2 {
+extern const HairKernels kKernels;
+}
+namespace avx512 {
 extern const HairKernels kKernels;
 }
 #endif
@@ -23,7 +29,8 @@ extern const HairKernels kKernels;
 namespace {
 
 //> Run the plain model as a kernel
-// One lobe after the other in binary32: for processors without kernels, and as the opponent in comparisons.
+// Computes one lobe after the other in binary32: the plain sibling of the kernels, and the baseline of
+// comparisons.
 void PlainSetUp(const HairParameters &parameters, HairSetup &setup) {
     const HairLobes<float> lobes(parameters);
     setup.h = lobes.h, setup.cosGammaO = lobes.cosGammaO, setup.eta = lobes.eta;
@@ -31,7 +38,8 @@ void PlainSetUp(const HairParameters &parameters, HairSetup &setup) {
     setup.v = lobes.v, setup.sinTilt = lobes.sinTilt, setup.cosTilt = lobes.cosTilt;
     setup.s = lobes.s, setup.npTail = lobes.npTail;
 }
-// NaN and infinity in a direction pass through minima and maxima unseen: nanTaint carries them, 0 or NaN.
+// std::min and std::max drop NaN. nanTaint (0 or NaN) is added to every result so that a NaN input stays
+// visible.
 HairValue WithNanTaint(HairLobes<float>::Value value, float nanTaint) {
     for (float &c : value.fCos)
         c += nanTaint;
@@ -51,20 +59,30 @@ HairValue PlainSample(const HairSetup &setup, const Vector3f &wo, const std::arr
 const HairKernels kScalar = {"scalar", PlainSetUp, PlainEvaluate, PlainSample};
 //<
 
-//> Ask the processor what it runs
-// nullptr where it cannot run kernels of that name.
-const HairKernels *Find(std::string_view name) {
+//> List the kernels
+// All kernels, the widest first. To add one: compile it in CMakeLists.txt, name it above and here by the name
+// of its instruction set in core/isa.cpp.
+const HairKernels *const kHairKernels[] = {
 #ifdef CUTICLE_HAVE_X86_KERNELS
-    if (name == "avx2")
-        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? &avx2::kKernels : nullptr;
-    if (name == "sse2")
-        return &sse2::kKernels;
+    &avx512::kKernels, &avx2::kKernels,
 #endif
-    return name == "scalar" ? &kScalar : nullptr;
-}
-std::atomic<const HairKernels *> &Current() {
-    static std::atomic<const HairKernels *> current{Find(HairKernelNames().front())};
-    return current;
+    &sse2::kKernels, &kScalar};
+//<
+
+//> Keep the kernels in use
+std::atomic<const HairKernels *> current{nullptr}; // null until someone asks
+
+// Returns null where the processor cannot run kernels of that name.
+const HairKernels *FindHairKernels(std::string_view name) {
+    for (const HairKernels *kernels : kHairKernels) {
+        if (name != kernels->name)
+            continue;
+        for (const InstructionSet isa : SupportedIsas())
+            if (name == IsaName(isa))
+                return kernels;
+        return kernels == &kScalar ? kernels : nullptr;
+    }
+    return nullptr;
 }
 //<
 
@@ -73,19 +91,28 @@ std::atomic<const HairKernels *> &Current() {
 //> Hand the kernels out
 std::vector<std::string> HairKernelNames() {
     std::vector<std::string> names;
-    for (const char *name : {"avx2", "sse2", "scalar"})
-        if (Find(name))
-            names.emplace_back(name);
+    for (const HairKernels *kernels : kHairKernels)
+        if (FindHairKernels(kernels->name))
+            names.emplace_back(kernels->name);
     return names;
 }
 
-const HairKernels &CurrentHairKernels() { return *Current().load(std::memory_order_relaxed); }
+const HairKernels &CurrentHairKernels() {
+    const HairKernels *kernels = current.load(std::memory_order_relaxed);
+    if (!kernels) [[unlikely]] {
+        const HairKernels *chosen = FindHairKernels(IsaName(ChooseIsa()));
+        if (current.compare_exchange_strong(kernels, chosen))
+            kernels = chosen;
+    }
+    return *kernels;
+}
 
 void SetHairKernels(const std::string &name) {
-    const HairKernels *kernels = Find(name);
+    const HairKernels *kernels = FindHairKernels(name);
     if (!kernels)
-        throw Error("no hair kernels \"" + name + "\" on this processor; known are: avx2, sse2, scalar");
-    Current().store(kernels);
+        throw Error("no hair kernels \"{}\" on this processor", name)
+            .WithRemedy("known are: {}", fmt::join(HairKernelNames(), ", "));
+    current.store(kernels);
 }
 //<
 

@@ -10,8 +10,9 @@
 namespace cuticle {
 
 //> Choose which way the scales tilt the lobes
-// With u from root to tip and angles measured toward the tip, the R lobe lies at theta_i + theta_o = -2 alpha as
-// Marschner et al. 2003 measured and as Pharr's text has it: RootToTip. pbrt-v3's program has it at +2 alpha.
+// With u from root to tip and angles measured toward the tip, the R lobe lies at theta_i + theta_o = -2 alpha
+// as Marschner et al. 2003 measured and as Pharr's text has it: RootToTip. pbrt-v3's program has it at +2
+// alpha.
 enum class ScaleTilt { RootToTip, PbrtV3 };
 //<
 
@@ -49,18 +50,19 @@ struct HairValue {
 
 //> Declare the kernels
 struct HairKernels {
-    const char *name; // "scalar", "sse2", "avx2"
+    const char *name; // of the instruction set, or "scalar"
     void (*setUp)(const HairParameters &parameters, HairSetup &setup);
     HairValue (*evaluate)(const HairSetup &setup, const Vector3f &wo, const Vector3f &wi);
     HairValue (*sample)(const HairSetup &setup, const Vector3f &wo, const std::array<float, 4> &u,
                         Vector3f *wi);
 };
-// The kernels in use: at start the widest that this processor runs.
+// Returns the kernels in use: at first those of the instruction set that core/isa.h chooses, which throws
+// Error where CUTICLE_ISA cannot be obeyed.
 const HairKernels &CurrentHairKernels();
-// The names of those that this processor runs, the widest first; "scalar" is always among them.
+// Returns the names of those that this processor runs, the widest first; "scalar" is always among them.
 std::vector<std::string> HairKernelNames();
-// Uses the kernels of that name from here on, for comparisons; call it before rendering starts. Error if the name
-// is unknown or the processor cannot run them.
+// Uses the kernels of that name from here on, for comparisons; call it before rendering starts. Error if the
+// name is unknown or the processor cannot run them.
 void SetHairKernels(const std::string &name);
 //<
 

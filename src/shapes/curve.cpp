@@ -46,7 +46,7 @@ Normal3f RibbonNormal(const RibbonNormals &normals, float u) {
     const double angle = std::acos(std::clamp(Dot(n0, n1), -1., 1.)), sine = std::sin(angle);
     // Spherical interpolation; normals that are equal or opposite leave no arc to follow, so they are mixed.
     const Vector3d n = sine > 1e-4 ? (n0 * std::sin((1 - u) * angle) + n1 * std::sin(u * angle)) / sine
-                                   : n0 * (1. - u) + n1 * static_cast<double>(u);
+                                   : n0 * (1. - u) + n1 * u;
     return Normal3f(n.LengthSquared() > 0 ? Normalize(n) : n0);
 }
 //<
@@ -69,8 +69,8 @@ CurveSearch<T>::CurveSearch(const CurveSegment &segment, const RibbonNormals *no
         CoordinateSystem(z_, &x_, &y_);
     }
     //<
-    zMin_ = length_ * static_cast<T>(ray.tMin);
-    zMax_ = length_ * static_cast<T>(ray.tMax);
+    zMin_ = length_ * ray.tMin;
+    zMax_ = length_ * ray.tMax;
 }
 //<
 
@@ -86,7 +86,8 @@ bool CurveSearch<T>::Intersect(T u0, T u1) {
     //> Cut out the part from $u_0$ to $u_1$
     Vector3<T> part[4];
     for (int i = 0; i < 4; ++i) {
-        // The control point i of the part: de Casteljau's algorithm with u1 in i of its three steps, u0 in the others.
+        // The control point i of the part: de Casteljau's algorithm with u1 in i of its three steps, u0 in
+        // the others.
         Vector3<T> a[4] = {cp[0], cp[1], cp[2], cp[3]};
         for (int step = 0; step < 3; ++step)
             for (int j = 0; j < 3 - step; ++j)
@@ -101,7 +102,7 @@ bool CurveSearch<T>::Intersect(T u0, T u1) {
         const Vector3<T> d = part[i] - part[i + 1] * T(2) + part[i + 2];
         bend = std::max({bend, std::abs(d.x), std::abs(d.y), std::abs(d.z)});
     }
-    const T allowed = flatness_ * static_cast<T>(std::max(segment_.width[0], segment_.width[1]));
+    const T allowed = flatness_ * std::max(segment_.width[0], segment_.width[1]);
     int depth = 0;
     for (T off = T(1.0607) * bend; off > allowed && depth < maxDepth_; off /= 4)
         ++depth;
@@ -232,8 +233,8 @@ Bounds3f Curve::WorldBound() const {
 //> Find the surface at a hit
 namespace {
 //> Find the direction of the curve, also where it stands still
-// Control points that fall together stop the curve at its end; its direction there is that of a point close by.
-// d: the derivative at u.
+// Control points that fall together stop the curve at its end; its direction there is that of a point close
+// by. d: the derivative at u.
 Vector3d TangentAt(const Vector3d cp[4], double u, Vector3d d, const Vector3d &rayDirection) {
     for (const double toMiddle : {0., 1e-3, 0.5}) {
         if (toMiddle > 0)
@@ -290,8 +291,8 @@ CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const
     }
     //<
     //> Shade a cylinder round
-    // By pbrt-v3's rotation, which its picture of the three types shows: the normal leans toward v = 0 where v > 1/2. A
-    // tube seen from outside would lean the other way.
+    // By pbrt-v3's rotation, which its picture of the three types shows: the normal leans toward v = 0 where
+    // v > 1/2. A tube seen from outside would lean the other way.
     if (type == CurveType::Cylinder) {
         const double angle = Lerp(v, -0.5, 0.5) * kPi<double>;
         n = -(back * std::cos(angle) + side * std::sin(angle));
@@ -343,7 +344,8 @@ size_t CurveSegmentCount(size_t count, CurveBasis basis, int degree, std::string
 //> Write one segment as a cubic Bezier
 namespace {
 using Points = std::array<Vector3d, 4>;
-// A quadratic as the cubic that is the same curve: the inner points lie two thirds of the way to the middle one.
+// A quadratic as the cubic that is the same curve: the inner points lie two thirds of the way to the middle
+// one.
 Points Elevate(const Vector3d &a, const Vector3d &b, const Vector3d &c) {
     return {a, Lerp3(2. / 3, a, b), Lerp3(1. / 3, b, c), c};
 }
@@ -351,7 +353,8 @@ Points BezierOfSegment(const Point3f *p, CurveBasis basis, int degree) {
     const Vector3d a(p[0]), b(p[1]), c(p[2]), d = degree == 3 ? Vector3d(p[3]) : Vector3d();
     if (basis == CurveBasis::Bezier)
         return degree == 3 ? Points{a, b, c, d} : Elevate(a, b, c);
-    // Uniform B-splines, by their blossoms: between knots, where the polygon is cut in two (degree 2) or three.
+    // Uniform B-splines, by their blossoms: between knots, where the polygon is cut in two (degree 2) or
+    // three.
     if (degree == 2)
         return Elevate(Lerp3(0.5, a, b), b, Lerp3(0.5, b, c));
     const Vector3d inner0 = Lerp3(1. / 3, b, c), inner1 = Lerp3(2. / 3, b, c);

@@ -11,19 +11,21 @@
 namespace cuticle {
 
 //> Search along one curve
-// The nearest place where a ray meets a cubic Bezier segment with a width, found by the recursion of pbrt-v3 (Pharr,
-// Jakob, Humphreys, Physically Based Rendering, 3rd ed., section 3.7; Nakamaru and Ohno 2002): cut the curve in two
-// until it is straight, leave out what the ray cannot reach, and solve for a straight line. T: double for Curve, which
-// is the text that the book explains and the plain sibling that CurveSet is compared with; float for BinaryCurveBvh.
+// CurveSearch finds the nearest hit of a ray on a cubic Bezier segment with a width, by the recursion of
+// pbrt-v3 (Pharr, Jakob, Humphreys, Physically Based Rendering, 3rd ed., section 3.7; Nakamaru and Ohno
+// 2002): cut the curve in two until it is straight, leave out what the ray cannot reach, and solve for a
+// straight line. T is double for Curve, the plain sibling that CurveSet is compared with, and float for
+// BinaryCurveBvh.
 template <typename T>
 class CurveSearch {
   public:
-    // flatness: how far a curve may be from its chord to count as straight, in widths. normals: null but for ribbons.
+    // flatness: how far a curve may be from its chord to count as straight, in widths. normals: null except
+    // for ribbons. maxDepth: how often the curve is halved at most.
     CurveSearch(const CurveSegment &segment, const RibbonNormals *normals, const Ray &ray, T flatness,
                 int maxDepth);
-    // Looks at the part [u0, u1] of the segment for something nearer than what was found before.
+    // Searches the part [u0, u1] of the segment. True: there is a hit nearer than those of earlier calls.
     bool Intersect(T u0, T u1);
-    // What was found last; valid once Intersect has returned true.
+    // Returns the nearest hit so far; valid once Intersect has returned true. The segment's index is 0.
     CurveHit Hit() const;
 
   private:
@@ -37,23 +39,24 @@ class CurveSearch {
     int maxDepth_;
     Vector3<T> o_, x_, y_, z_; // the ray's frame: origin, and axes of which z runs along the ray
     T length_;                 // of the ray's direction
-    T zMin_, zMax_;            // between which a hit is looked for, as distances
+    T zMin_, zMax_;            // hits count between these distances
     T hitZ_ = 0, hitU_ = 0, hitV_ = 0;
 };
 //<
 
 //> Declare the curve as a shape
+// Curve intersects one segment in double precision, slowly: the reference for CurveSet.
 class Curve {
   public:
     // normals: of a ribbon, null for the other types (a ribbon without normals is treated as flat).
     Curve(const CurveSegment &segment, CurveType type, const RibbonNormals *normals = nullptr);
 
-    // The nearest hit with t in (ray.tMin, ray.tMax). surface may be null. hit->segment is left alone. A segment with
-    // control points or widths that are not finite, or with no positive width, is never hit.
+    // Finds the nearest hit with t in (ray.tMin, ray.tMax). surface may be null. hit->segment is left alone.
+    // A segment with control points or widths that are not finite, or with no positive width, is never hit.
     bool Intersect(const Ray &ray, CurveHit *hit, CurveSurface *surface = nullptr) const;
-    // True where there is such a hit.
+    // Returns whether there is such a hit.
     bool IntersectP(const Ray &ray) const;
-    // A box that holds every point within half the largest width of the curve.
+    // Returns a box that holds every point within half the largest width of the curve.
     Bounds3f WorldBound() const;
 
   private:
@@ -66,37 +69,40 @@ class Curve {
 //<
 
 //> Declare the surface at a hit
-// The surface where `ray` met the segment at `hit` (pbrt-v3's conventions: v grows along ray.d x dp/du). Finite for
-// every hit that Curve or CurveSet returns. normals: of a ribbon, else null.
+// Computes the surface where `ray` met the segment at `hit` (pbrt-v3's conventions: v grows along ray.d x
+// dp/du). It is finite for every hit that Curve or CurveSet returns. normals: of a ribbon, else null.
 CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const RibbonNormals *normals,
                               const Ray &ray, const CurveHit &hit);
-// The unit normal of a ribbon at u: the great arc between its two, at even speed.
+// Returns the unit normal of a ribbon at u, on the great arc between the normals of its two ends, at even
+// speed.
 Normal3f RibbonNormal(const RibbonNormals &normals, float u);
-// The point and, where asked for, the derivatives at u of the cubic with these control points.
+// Evaluates the cubic with these control points at u: the point and, where asked for, the first two
+// derivatives.
 Vector3d EvalBezier(const Vector3d cp[4], double u, Vector3d *derivative = nullptr,
                     Vector3d *second = nullptr);
-// True where all control points are within reach and the widths finite, the larger is positive and at most
-// kMaxCoordinate, and the control points are not all the same: what an intersector keeps.
+// Returns whether an intersector keeps a segment: its control points are within reach and not all the same,
+// its widths are finite, and the larger one is positive and at most kMaxCoordinate.
 bool IsUsable(const CurveSegment &segment);
 //<
 
 //> Read the bases of a scene file
 enum class CurveBasis { Bezier, BSpline };
 
-// How many segments `count` control points make in this basis and degree (2 or 3). 0: the numbers do not fit, and
-// *error (may be null) says which would. Bezier: n * degree + 1 points, neighbours share an end point; B-spline:
-// one segment for each point after the first `degree`.
+// Counts the segments that `count` control points make in this basis and degree (2 or 3). 0: the numbers do
+// not fit, and *error (may be null) says which would. Bezier: n * degree + 1 points, neighbours share an end
+// point; B-spline: one segment for each point after the first `degree`.
 size_t CurveSegmentCount(size_t count, CurveBasis basis, int degree, std::string *error = nullptr);
 
-// Appends the cubic Bezier segments of one `Shape "curve"`, as pbrt-v3 cuts it: widths run linearly from width0 to
-// width1 over all segments, u restarts in each. points: in the space of the result. A negative width is taken as 0; a
-// width that is not finite is refused, as is a wrong number of points: then nothing is appended, *error (may be null)
-// says why, and false is returned.
+// Appends the cubic Bezier segments of one `Shape "curve"`, as pbrt-v3 cuts it: widths run linearly from
+// width0 to width1 over all segments, u restarts in each. points: in the space of the result. A negative
+// width is taken as 0; a width that is not finite is refused, as is a wrong number of points: then nothing is
+// appended, *error (may be null) says why, and false is returned.
 bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degree, float width0,
                  float width1, uint32_t group, std::vector<CurveSegment> *segments,
                  std::string *error = nullptr);
 
-// The same for a ribbon: one normal for each end of a segment, CurveSegmentCount + 1 in all, of any length but zero.
+// Appends a ribbon in the same way. It needs a normal at each joint, ends included: CurveSegmentCount + 1 in
+// all, of any length but zero.
 bool AppendRibbon(const Point3f *points, size_t count, CurveBasis basis, int degree, float width0,
                   float width1, const Normal3f *normals, size_t normalCount, uint32_t group,
                   std::vector<CurveSegment> *segments,

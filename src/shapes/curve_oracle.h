@@ -1,4 +1,4 @@
-// All the places where a ray meets a curve, found without haste: the oracle of the intersectors' tests.
+// Finds all places where a ray meets a curve, slowly and surely: the oracle of the intersectors' tests.
 #pragma once
 
 #include "shapes/curve.h"
@@ -11,8 +11,8 @@ namespace cuticle::oracle {
 
 using Real = long double;
 
-// A root of C.C' = 0 with the ray inside half the width there. margin: (width / 2 - distance) / (width / 2), negative
-// outside; roots with a margin of at least -allowed are reported.
+// A root of C.C' = 0 with the ray inside half the width there. margin: (width / 2 - distance) / (width / 2),
+// negative outside; roots with a margin of at least -allowed are reported.
 struct Candidate {
     uint32_t segment;
     Real t, u, v;
@@ -62,10 +62,10 @@ struct Limits {
     Real reach; // farthest from the ray that a hit can be
 };
 
-// Roots in [lo, hi] of F = C.C', by exclusion: an interval is dropped when |F| in its middle exceeds what F can change
-// over half of it, and taken for a simple root when F' cannot vanish on it and F changes sign. The bounds on C and its
-// derivatives come from their values in the middle, by Taylor. Knows nothing of Bernstein polynomials, which the
-// intersector uses.
+// Finds the roots in [lo, hi] of F = C.C', by exclusion: an interval is dropped when |F| in its middle
+// exceeds what F can change over half of it, and taken for a simple root when F' cannot vanish on it and F
+// changes sign. The bounds on C and its derivatives come from their values in the middle, by Taylor. Knows
+// nothing of Bernstein polynomials, which the intersector uses.
 template <typename Take>
 void Isolate(const Seen &s, Real lo, Real hi, const Limits &limits, int depth, const Take &take) {
     const auto f = [&](Real u) { return Dot(Point(s, u), Velocity(s, u)); };
@@ -76,7 +76,7 @@ void Isolate(const Seen &s, Real lo, Real hi, const Limits &limits, int depth, c
     const auto size = [](Vec2 v) { return std::sqrt(Dot(v, v)); };
     const Real mid = (lo + hi) / 2, half = (hi - lo) / 2;
     const Real c0 = size(Point(s, mid)), c1 = size(Velocity(s, mid)), c2 = size(Acceleration(s, mid));
-    // Of |C''|, |C'| and |C| on the interval, with a little to spare for rounding.
+    // Bounds of |C''|, |C'| and |C| on the interval, with a little to spare for rounding.
     constexpr Real more = 1 + 1e-12L;
     const Real bend = more * (c2 + limits.jerk * half), speed = more * (c1 + bend * half),
                away = more * (c0 + speed * half);
@@ -109,50 +109,88 @@ void Isolate(const Seen &s, Real lo, Real hi, const Limits &limits, int depth, c
     Isolate(s, mid, hi, limits, depth - 1, take);
 }
 
+// An orthonormal frame whose z is the ray's direction: x is at right angles to the axis that d is least
+// along.
+struct RayFrame {
+    explicit RayFrame(const Vector3f &direction) {
+        Real length2 = 0;
+        for (int c = 0; c < 3; ++c)
+            d[c] = direction[c], length2 += d[c] * d[c];
+        length = std::sqrt(length2);
+        for (Real &c : d)
+            c /= length;
+        int least = std::abs(d[0]) < std::abs(d[1]) ? 0 : 1;
+        if (std::abs(d[2]) < std::abs(d[least]))
+            least = 2;
+        Real norm = 0;
+        for (int c = 0; c < 3; ++c) {
+            x[c] = (c == least ? 1 : 0) - d[least] * d[c];
+            norm += x[c] * x[c];
+        }
+        for (Real &c : x)
+            c /= std::sqrt(norm);
+        for (int c = 0; c < 3; ++c)
+            y[c] = d[(c + 1) % 3] * x[(c + 2) % 3] - d[(c + 2) % 3] * x[(c + 1) % 3];
+    }
+    // Moves a curve into the frame, relative to the ray's origin; returns the control points' largest
+    // distance from the ray.
+    Real Move(const CurveSegment &segment, const Point3f &origin, Seen *s) const {
+        Real reach = 0;
+        for (int i = 0; i < 4; ++i) {
+            Real p[3];
+            for (int c = 0; c < 3; ++c)
+                p[c] = Real(segment.cp[i][c]) - Real(origin[c]);
+            s->p[i] = {p[0] * x[0] + p[1] * x[1] + p[2] * x[2], p[0] * y[0] + p[1] * y[1] + p[2] * y[2]};
+            s->z[i] = p[0] * d[0] + p[1] * d[1] + p[2] * d[2];
+            reach = std::max(reach, std::sqrt(Dot(s->p[i], s->p[i])));
+        }
+        return reach;
+    }
+    Real d[3], x[3], y[3];
+    Real length; // of the ray's direction
+};
+
+// Returns whether the hull of the control points is farther from the ray than radius, on one side of it.
+inline bool OutOfReach(const Seen &s, Real radius) {
+    for (int axis = 0; axis < 2; ++axis) {
+        Real lowest = INFINITY, highest = -INFINITY;
+        for (const Vec2 &p : s.p) {
+            const Real c = axis == 0 ? p.x : p.y;
+            lowest = std::min(lowest, c), highest = std::max(highest, c);
+        }
+        if (lowest > radius || highest < -radius)
+            return true;
+    }
+    return false;
+}
+
+// Returns the part of a ribbon's width that a ray with unit direction d sees at u in [0, 1]: the cosine
+// between d and the normal, on the great arc between its two.
+inline Real SeenShare(const RibbonNormals &normals, Real u, const Real d[3]) {
+    Real n0[3], n1[3], cosine = 0;
+    for (int c = 0; c < 3; ++c) {
+        n0[c] = normals.n[0][c], n1[c] = normals.n[1][c];
+        cosine += n0[c] * n1[c];
+    }
+    const Real angle = std::acos(std::clamp(cosine, Real(-1), Real(1))), sine = std::sin(angle);
+    Real along = 0;
+    for (int c = 0; c < 3; ++c)
+        along +=
+            d[c] * (sine > 1e-4L ? (n0[c] * std::sin((1 - u) * angle) + n1[c] * std::sin(u * angle)) / sine
+                                 : n0[c] * (1 - u) + n1[c] * u);
+    return std::abs(along);
+}
+
 // Appends every candidate of one segment with u in [-ends, 1 + ends]; t is not restricted.
 inline void FindAll(const CurveSegment &segment, uint32_t index, const RibbonNormals *normals, const Ray &ray,
                     Real ends, Real allowed, std::vector<Candidate> *out) {
-    Real d[3], length2 = 0;
-    for (int c = 0; c < 3; ++c)
-        d[c] = ray.d[c], length2 += d[c] * d[c];
-    const Real length = std::sqrt(length2);
-    for (Real &c : d)
-        c /= length;
-    // Any frame: x at right angles to the axis that d is least along.
-    int least = std::abs(d[0]) < std::abs(d[1]) ? 0 : 1;
-    if (std::abs(d[2]) < std::abs(d[least]))
-        least = 2;
-    Real x[3], y[3], norm = 0;
-    for (int c = 0; c < 3; ++c) {
-        x[c] = (c == least ? 1 : 0) - d[least] * d[c];
-        norm += x[c] * x[c];
-    }
-    for (Real &c : x)
-        c /= std::sqrt(norm);
-    for (int c = 0; c < 3; ++c)
-        y[c] = d[(c + 1) % 3] * x[(c + 2) % 3] - d[(c + 2) % 3] * x[(c + 1) % 3];
-
+    const RayFrame frame(ray.d);
     Seen s;
-    Real reach = 0, speed = 0;
-    for (int i = 0; i < 4; ++i) {
-        Real p[3];
-        for (int c = 0; c < 3; ++c)
-            p[c] = static_cast<Real>(segment.cp[i][c]) - static_cast<Real>(ray.o[c]);
-        s.p[i] = {p[0] * x[0] + p[1] * x[1] + p[2] * x[2], p[0] * y[0] + p[1] * y[1] + p[2] * y[2]};
-        s.z[i] = p[0] * d[0] + p[1] * d[1] + p[2] * d[2];
-        reach = std::max(reach, std::sqrt(Dot(s.p[i], s.p[i])));
-    }
-    //  Out of reach of the hull?
-    const Real radius = static_cast<Real>(std::max(segment.width[0], segment.width[1])) / 2;
-    for (int axis = 0; axis < 2; ++axis) {
-        Real least1 = INFINITY, most = -INFINITY;
-        for (const Vec2 &p : s.p) {
-            const Real c = axis == 0 ? p.x : p.y;
-            least1 = std::min(least1, c), most = std::max(most, c);
-        }
-        if (least1 > radius * 1.01L || most < -radius * 1.01L)
-            return;
-    }
+    const Real reach = frame.Move(segment, ray.o, &s);
+    const Real radius = Real(std::max(segment.width[0], segment.width[1])) / 2;
+    if (OutOfReach(s, radius * 1.01L))
+        return;
+    Real speed = 0;
     for (int i = 0; i < 3; ++i) {
         const Vec2 v{s.p[i + 1].x - s.p[i].x, s.p[i + 1].y - s.p[i].y};
         speed = std::max(speed, 3 * std::sqrt(Dot(v, v)));
@@ -167,22 +205,8 @@ inline void FindAll(const CurveSegment &segment, uint32_t index, const RibbonNor
     Isolate(s, -ends, 1 + ends, limits, 30, [&](Real u, Real slope) {
         const Real uc = std::clamp(u, Real(0), Real(1));
         Real width = (1 - uc) * segment.width[0] + uc * segment.width[1];
-        if (normals) {
-            // Spherical interpolation of the normals.
-            Real n0[3], n1[3], cosine = 0;
-            for (int c = 0; c < 3; ++c) {
-                n0[c] = normals->n[0][c], n1[c] = normals->n[1][c];
-                cosine += n0[c] * n1[c];
-            }
-            const Real angle = std::acos(std::clamp(cosine, Real(-1), Real(1))), sine = std::sin(angle);
-            Real along = 0;
-            for (int c = 0; c < 3; ++c)
-                along +=
-                    d[c] * (sine > 1e-4L
-                                ? (n0[c] * std::sin((1 - uc) * angle) + n1[c] * std::sin(uc * angle)) / sine
-                                : n0[c] * (1 - uc) + n1[c] * uc);
-            width *= std::abs(along);
-        }
+        if (normals)
+            width *= SeenShare(*normals, uc, frame.d);
         const Vec2 p = Point(s, u), v = Velocity(s, u);
         const Real distance = std::sqrt(Dot(p, p)), margin = 1 - 2 * distance / width;
         const Real still = std::sqrt(Dot(v, v)) / (kStill * speed);
@@ -193,7 +217,7 @@ inline void FindAll(const CurveSegment &segment, uint32_t index, const RibbonNor
             q * q * q * s.z[0] + 3 * q * q * u * s.z[1] + 3 * q * u * u * s.z[2] + u * u * u * s.z[3];
         const Real side = p.x * v.y - p.y * v.x;
         // y = d x x, so x, y, d are right-handed and v grows to the left of the tangent, as pbrt-v3 has it.
-        out->push_back({index, z / length, u, Real(0.5) + std::copysign(distance, side) / width, margin,
+        out->push_back({index, z / frame.length, u, Real(0.5) + std::copysign(distance, side) / width, margin,
                         slope > 0 && still > 10 ? noise / slope : Real(1)});
     });
 }

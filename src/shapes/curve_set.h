@@ -12,41 +12,35 @@ namespace cuticle {
 
 //> List what may be chosen about a curve set
 struct CurveSetOptions {
-    // Instruction set of the kernels: "sse2", "avx2" or "avx512". Empty: the environment's CUTICLE_ISA, or else the
-    // widest that this processor has. An unknown name, or one that the processor lacks, throws Error.
+    // The instruction set of the kernels, "sse2", "avx2" or "avx512", as ChooseIsa (core/isa.h) takes it:
+    // empty means the program's own choice. An unknown name, or one that the processor lacks, throws Error.
     std::string isa;
-    // Each segment is held as 2^split pieces, 0 to 4; negative: 3 up to half a million segments, then 2.
+    // The set holds each segment as 2^split pieces, 0 to 4; negative: 3 up to half a million segments, then
+    // 2.
     int split = -1;
     // A ray that starts on a hair ignores that hair up to this many of its radii, measured across the hair.
     float selfReach = 1.5f;
 };
 //<
 
-//> Declare the capsules
-// Every point within half the larger width of the curve, from u0 to u1 of a segment, is within `radius` of the line from p
-// to p + e. What the set tests before it looks at the curve.
-struct CurveCapsule {
-    Vector3d p, e;
-    double radius;
-};
-CurveCapsule CapsuleOf(const CurveSegment &segment, double u0, double u1);
-//<
-
 //> Declare the curve set
-// All curves of a scene (or of one object definition) in one bounding volume hierarchy of width 8. Leaves hold up to 16
-// pieces of curve as capsules; what a capsule lets through is solved on the true cubic, in double
-// precision. Thread-safe once built; the same tree and the same hits for any number of threads.
+// CurveSet holds all curves of a scene (or of one object definition) in one bounding volume hierarchy of
+// width 8. Leaves hold up to 16 pieces of curve as capsules; what a capsule lets through is solved on the
+// true cubic, in double precision. It is thread-safe once built, and tree and hits are the same for any
+// number of threads.
 //
-// What a hit is: the ray sees a curve as the ribbon that faces it, all points within half the width of the curve,
-// measured at right angles to it. So with C(u) the curve relative to the ray, projected along it: C(u).C'(u) = 0 and
-// |C(u)| <= width(u) / 2; of all such u in [0, 1] the one with the smallest t in (ray.tMin, ray.tMax) is the hit. A
-// ribbon's width is first narrowed by the angle between its normal and the ray.
+// A hit is defined so: the ray sees a curve as the ribbon that faces it, all points within half the width of
+// the curve, measured at right angles to it. So with C(u) the curve relative to the ray, projected along it:
+// C(u).C'(u) = 0 and |C(u)| <= width(u) / 2; of all such u in [0, 1] the one with the smallest t in
+// (ray.tMin, ray.tMax) is the hit. A ribbon's width is first narrowed by the angle between its normal and the
+// ray.
 class CurveSet {
   public:
     CurveSet(); // holds nothing
-    // groupTypes: the type of each CurveSegment::group (a group beyond its end is Flat). ribbons: by index into
-    // segments. Segments with values that are not finite, or without any width, stay in the list but are never hit:
-    // DroppedSegments() counts them. Built with all threads of the current task arena.
+    // groupTypes: the type of each CurveSegment::group (a group beyond its end is Flat). ribbons: the normals
+    // of those segments that are ribbons, by index into segments. Segments with values that are not finite,
+    // or without any width, stay in the list but are never hit: DroppedSegments() counts them. Built with all
+    // threads of the current task arena.
     CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
              const std::unordered_map<uint32_t, RibbonNormals> &ribbons = {},
              const CurveSetOptions &options = {});
@@ -54,16 +48,17 @@ class CurveSet {
     CurveSet(CurveSet &&) noexcept;
     CurveSet &operator=(CurveSet &&) noexcept;
 
-    // The nearest hit with t in (ray.tMin, ray.tMax), or false. origin: where on a curve of this set the ray starts, or
-    // null. With it, the ray does not meet the strand that it leaves (the segment and its neighbours joined end to end)
-    // before it is clear of it: t |d| <= selfReach * radius / sin(angle between ray and strand), and no farther along
-    // the strand than the ray itself has gone. Other hairs are met however near. A ray whose direction is zero or not
-    // finite, or whose origin is not finite, meets nothing.
+    // Finds the nearest hit with t in (ray.tMin, ray.tMax), or returns false. origin: where on a curve of
+    // this set the ray starts, or null. With it, the ray does not meet the strand that it leaves (the segment
+    // and its neighbours joined end to end) before it is clear of it: t |d| <= selfReach * radius / sin(angle
+    // between ray and strand), and no farther along the strand than the ray itself has gone. Other hairs are
+    // met however near. A ray whose direction is zero or not finite, or whose origin is not finite, meets
+    // nothing.
     bool Intersect(const Ray &ray, const CurveOrigin *origin, CurveHit *hit) const;
-    // Whether there is any such hit.
+    // Returns whether there is any such hit.
     bool Occluded(const Ray &ray, const CurveOrigin *origin) const;
 
-    // The surface at a hit of `ray` that Intersect returned.
+    // Computes the surface at a hit of `ray` that Intersect returned.
     CurveSurface Surface(const Ray &ray, const CurveHit &hit) const;
 
     Bounds3f WorldBound() const; // empty for a set that holds nothing
@@ -81,17 +76,11 @@ class CurveSet {
 };
 //<
 
-//> Tell the instruction set
-// What a set built with these default options runs on; throws Error where CUTICLE_ISA cannot be obeyed.
-const char *CurveSetIsa();
-// Whether this processor (and operating system) can run it; false for unknown names.
-bool CurveSetIsaSupported(const std::string &isa);
-//<
-
-//> Declare the plain opponent
-// The way of pbrt-v3, for comparison: a binary tree over curves that were cut in 2^splitDepth pieces, each met by the
-// recursion of Curve in single precision, at most maxDepth deep, one at a time. A ray that starts on a curve skips two widths, as pbrt-v3's
-// error bound makes it do. The interface is CurveSet's.
+//> Declare the plain baseline
+// BinaryCurveBvh does as pbrt-v3 does, for comparison: a binary tree over curves that were cut in
+// 2^splitDepth pieces, each intersected by the recursion of Curve in single precision, at most maxDepth deep,
+// one at a time. A ray that starts on a curve skips two widths, as pbrt-v3's error bound makes it do. The
+// interface is CurveSet's.
 class BinaryCurveBvh {
   public:
     BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,

@@ -1,4 +1,4 @@
-//> Define the plain opponent
+//> Define the plain baseline
 #include "shapes/curve.h"
 #include "shapes/curve_set.h"
 
@@ -15,9 +15,9 @@ struct BinaryNode {
     uint16_t count; // primitives of a leaf; 0: an inner node
     uint16_t axis;  // along which the children were parted
 };
-constexpr uint32_t kBinaryLeaf = 4; // primitives in a leaf, at most
+constexpr size_t kMaxInLeaf = 4; // primitives
 
-// A part of a segment, as pbrt-v3 makes a shape of it.
+// A part [u0, u1] of a segment, as pbrt-v3 makes a shape of it.
 struct Primitive {
     uint32_t segment;
     float u0, u1;
@@ -55,7 +55,8 @@ struct BinaryCurveBvh::Data {
 //<
 
 //> Build it by the surface-area heuristic
-// Twelve buckets along the widest axis of the centres, at most four primitives in a leaf.
+// Sorts the primitives [first, first + count) into twelve buckets along the widest axis of their centres,
+// cuts where it is cheapest, and does the same with both sides; at most four primitives make a leaf.
 void BinaryCurveBvh::Data::Build(std::vector<Item> *items, size_t first, size_t count, int depth) {
     const auto begin = items->begin() + static_cast<std::ptrdiff_t>(first);
     const auto end = begin + static_cast<std::ptrdiff_t>(count);
@@ -71,26 +72,25 @@ void BinaryCurveBvh::Data::Build(std::vector<Item> *items, size_t first, size_t 
     bool leaf = count == 1;
     if (extent[axis] > 0 && !leaf && depth < 60) {
         //> Choose the cheapest of eleven cuts
-        constexpr int kBuckets = 12;
+        constexpr size_t kBuckets = 12;
         const auto bucket = [&](const Item &item) {
-            return std::min(
-                static_cast<int>(kBuckets * ((item.center[axis] - centers.pMin[axis]) / extent[axis])),
-                kBuckets - 1);
+            const float place = kBuckets * ((item.center[axis] - centers.pMin[axis]) / extent[axis]);
+            return std::min(static_cast<size_t>(place), kBuckets - 1);
         };
         std::array<Bounds3f, kBuckets> box;
         std::array<size_t, kBuckets> n{};
         for (auto i = begin; i != end; ++i) {
-            const auto b = static_cast<size_t>(bucket(*i));
+            const size_t b = bucket(*i);
             box[b].Extend(i->bounds);
             ++n[b];
         }
         float best = Infinity;
-        int cut = 0;
-        for (int c = 0; c + 1 < kBuckets; ++c) {
+        size_t cut = 0;
+        for (size_t c = 0; c + 1 < kBuckets; ++c) {
             Bounds3f b0, b1;
             size_t n0 = 0, n1 = 0;
             for (size_t i = 0; i < kBuckets; ++i)
-                if (i <= static_cast<size_t>(c))
+                if (i <= c)
                     b0.Extend(box[i]), n0 += n[i];
                 else
                     b1.Extend(box[i]), n1 += n[i];
@@ -100,12 +100,12 @@ void BinaryCurveBvh::Data::Build(std::vector<Item> *items, size_t first, size_t 
                 best = cost, cut = c;
         }
         //<
-        leaf = count <= kBinaryLeaf && !(1 + best / bounds.SurfaceArea() < static_cast<float>(count));
+        leaf = count <= kMaxInLeaf && !(1 + best / bounds.SurfaceArea() < static_cast<float>(count));
         if (!leaf)
             left = static_cast<size_t>(
                 std::partition(begin, end, [&](const Item &item) { return bucket(item) <= cut; }) - begin);
     } else {
-        leaf = leaf || count <= kBinaryLeaf;
+        leaf = leaf || count <= kMaxInLeaf;
     }
     if (leaf) {
         //> Write a leaf

@@ -1,4 +1,4 @@
-// What a ray met on a set of curves, and the numbers that a scene hands the set.
+// The records of curves: what a scene hands to a curve set, and what a ray meets there.
 #pragma once
 
 #include "core/vecmath.h"
@@ -18,27 +18,27 @@ struct CurveSegment {
     uint32_t group = 0;
 };
 
-// Unit normals of a ribbon at u = 0 and u = 1.
+// The normals of a ribbon at u = 0 and u = 1.
 struct RibbonNormals {
     Normal3f n[2];
 };
 
-// Where a ray met a curve: u along the segment, v in [0, 1] across it, h = -1 + 2v.
+// A hit on a curve: u along the segment, v in [0, 1] across it, h = -1 + 2v.
 struct CurveHit {
     float t = 0;
     float u = 0, v = 0;
     uint32_t segment = 0;
 };
 
-// Where on a curve a ray starts, so that it does not meet the very hair that it leaves: see CurveSet. Made from the
-// hit that the path stands on, CurveOrigin{hit.segment, hit.u}; the ray then starts at the hit point itself, with no
-// offset.
+// The place on a curve where a ray starts. CurveSet needs it so that the ray does not meet the very hair that
+// it leaves. It is made from the hit that the path stands on, CurveOrigin{hit.segment, hit.u}; the ray then
+// starts at the hit point itself, with no offset.
 struct CurveOrigin {
     uint32_t segment = 0;
     float u = 0;
 };
 
-// What shading needs to know of a point on a curve.
+// The surface at a hit on a curve, as shading needs it.
 struct CurveSurface {
     Point3f p;        // on the ribbon, in the coordinates of the ray
     Vector3f tangent; // unit, from root to tip: the x axis of a fiber's local frame

@@ -3,13 +3,12 @@
 #include "core/error.h"
 
 #include <mutex>
-#include <string>
 
 namespace cuticle {
 
 EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
     if (!device_)
-        throw Error("Embree cannot start (error " + std::to_string(rtcGetDeviceError(nullptr)) + ")");
+        throw Error("Embree cannot start (error {})", int(rtcGetDeviceError(nullptr)));
     rtcSetDeviceMemoryMonitorFunction(
         device_,
         [](void *counter, ssize_t bytes, bool) {
@@ -30,11 +29,11 @@ std::shared_ptr<EmbreeDevice> EmbreeDevice::Shared() {
 }
 
 void EmbreeDevice::Check(const char *what) const {
-    if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE)
-        throw Error(std::string("Embree: ") + what +
-                    (error == RTC_ERROR_OUT_OF_MEMORY
-                         ? ": out of memory"
-                         : ": error " + std::to_string(static_cast<int>(error))));
+    const RTCError error = rtcGetDeviceError(device_);
+    if (error == RTC_ERROR_OUT_OF_MEMORY)
+        throw Error("Embree: {}: out of memory", what);
+    if (error != RTC_ERROR_NONE)
+        throw Error("Embree: {}: error {}", what, int(error));
 }
 
 } // namespace cuticle

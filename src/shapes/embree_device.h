@@ -1,6 +1,6 @@
 #pragma once
 
-#include <embree3/rtcore.h>
+#include "shapes/embree.h"
 
 #include <atomic>
 #include <cstddef>
@@ -8,8 +8,9 @@
 
 namespace cuticle {
 
-// Embree's device, one for all sets of the process: each device takes threads' keys from the system, of which there are
-// about a thousand, and a scene may define more objects than that. It closes with the last set that holds it.
+// Embree's device, one for all sets of the process, because each device takes thread-specific keys from the
+// system, of which there are about a thousand, and a scene may define more objects than that. It closes with
+// the last set that holds it.
 class EmbreeDevice {
   public:
     // Throws Error where Embree cannot start.
@@ -19,7 +20,7 @@ class EmbreeDevice {
     EmbreeDevice &operator=(const EmbreeDevice &) = delete;
 
     operator RTCDevice() const { return device_; }
-    // What Embree holds for all sets together, in bytes.
+    // Returns how many bytes Embree holds for all sets together.
     ptrdiff_t Bytes() const { return bytes_.load(std::memory_order_relaxed); }
     // Throws Error("Embree: <what>: ...") if this thread's last call failed.
     void Check(const char *what) const;
@@ -30,8 +31,8 @@ class EmbreeDevice {
     RTCDevice device_ = nullptr;
 };
 
-// Adds to a set's account what Embree takes while this object lives. Sets are built one after another; if two were built
-// at once, each might be billed for parts of the other.
+// Adds to a set's account what Embree takes while this object lives. Sets are built one after another; if two
+// were built at once, each might be billed for parts of the other.
 class EmbreeMemoryScope {
   public:
     EmbreeMemoryScope(const EmbreeDevice &device, ptrdiff_t *account)

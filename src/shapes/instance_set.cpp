@@ -1,6 +1,7 @@
 #include "shapes/instance_set.h"
 
 #include "core/error.h"
+#include "shapes/embree.h"
 #include "shapes/embree_device.h"
 
 #include <algorithm>
@@ -10,19 +11,19 @@ namespace cuticle {
 
 namespace {
 
-struct Instance {
+struct PlacedInstance {
     Transform objectToWorld;
     Bounds3f bound; // world
 };
 
-// The query on its way through Embree; base comes first, so that the callbacks find the rest.
-struct Context {
-    RTCIntersectContext base;
+// A query on its way through Embree; base comes first, so that the callbacks find the rest.
+struct InstanceContext {
+    EmbreeContext base;
     InstanceSet::IntersectFn intersect;
     void *query;
 };
 
-Ray InObject(const Instance &instance, const RTCRay &r) {
+Ray InObject(const PlacedInstance &instance, const RTCRay &r) {
     Ray ray = instance.objectToWorld.Inverse()(Ray{{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}});
     ray.tMin = r.tnear;
     ray.tMax = r.tfar;
@@ -30,7 +31,7 @@ Ray InObject(const Instance &instance, const RTCRay &r) {
 }
 
 void Bound(const RTCBoundsFunctionArguments *args) {
-    const Bounds3f &b = static_cast<const Instance *>(args->geometryUserPtr)[args->primID].bound;
+    const Bounds3f &b = static_cast<const PlacedInstance *>(args->geometryUserPtr)[args->primID].bound;
     *args->bounds_o = {b.pMin.x, b.pMin.y, b.pMin.z, 0, b.pMax.x, b.pMax.y, b.pMax.z, 0};
 }
 
@@ -38,8 +39,8 @@ void IntersectOne(const RTCIntersectFunctionNArguments *args) {
     if (args->valid[0] == 0)
         return;
     auto *rayHit = reinterpret_cast<RTCRayHit *>(args->rayhit);
-    const auto *context = reinterpret_cast<const Context *>(args->context);
-    const Instance &instance = static_cast<const Instance *>(args->geometryUserPtr)[args->primID];
+    const auto *context = reinterpret_cast<const InstanceContext *>(args->context);
+    const PlacedInstance &instance = static_cast<const PlacedInstance *>(args->geometryUserPtr)[args->primID];
     const float t = context->intersect(context->query, args->primID, InObject(instance, rayHit->ray));
     if (!(t >= 0))
         return;
@@ -52,8 +53,8 @@ void OccludedOne(const RTCOccludedFunctionNArguments *args) {
     if (args->valid[0] == 0)
         return;
     auto *ray = reinterpret_cast<RTCRay *>(args->ray);
-    const auto *context = reinterpret_cast<const Context *>(args->context);
-    const Instance &instance = static_cast<const Instance *>(args->geometryUserPtr)[args->primID];
+    const auto *context = reinterpret_cast<const InstanceContext *>(args->context);
+    const PlacedInstance &instance = static_cast<const PlacedInstance *>(args->geometryUserPtr)[args->primID];
     if (context->intersect(context->query, args->primID, InObject(instance, *ray)) >= 0)
         ray->tfar = -Infinity;
 }
@@ -69,7 +70,7 @@ struct InstanceSet::Impl {
     std::shared_ptr<EmbreeDevice> device = EmbreeDevice::Shared();
     RTCScene scene = nullptr;
     ptrdiff_t embreeBytes = 0;
-    std::vector<Instance> instances;
+    std::vector<PlacedInstance> instances;
     Bounds3f bound;
 
     Impl() = default;
@@ -80,7 +81,8 @@ struct InstanceSet::Impl {
     Impl(const Impl &) = delete;
     Impl &operator=(const Impl &) = delete;
 
-    bool Query(const Ray &ray) const {
+    // Whether a ray may meet anything at all.
+    bool Accepts(const Ray &ray) const {
         return scene && IsFinite(ray.o) && IsFinite(ray.d) && ray.d.LengthSquared() > 0 &&
                ray.tMax > ray.tMin;
     }
@@ -138,24 +140,24 @@ void InstanceSet::Commit() {
 }
 
 bool InstanceSet::Intersect(const Ray &ray, IntersectFn intersect, void *query) const {
-    if (!impl_ || !impl_->Query(ray))
+    if (!impl_ || !impl_->Accepts(ray))
         return false;
-    Context context{{}, intersect, query};
-    rtcInitIntersectContext(&context.base);
+    InstanceContext context{{}, intersect, query};
+    InitEmbreeContext(&context.base);
     RTCRayHit rayHit{};
     rayHit.ray = ToEmbree(ray);
     rayHit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(impl_->scene, &context.base, &rayHit);
+    EmbreeIntersect(impl_->scene, &context.base, &rayHit);
     return rayHit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
 }
 
 bool InstanceSet::Occluded(const Ray &ray, IntersectFn intersect, void *query) const {
-    if (!impl_ || !impl_->Query(ray))
+    if (!impl_ || !impl_->Accepts(ray))
         return false;
-    Context context{{}, intersect, query};
-    rtcInitIntersectContext(&context.base);
+    InstanceContext context{{}, intersect, query};
+    InitEmbreeContext(&context.base);
     RTCRay embreeRay = ToEmbree(ray);
-    rtcOccluded1(impl_->scene, &context.base, &embreeRay);
+    EmbreeOccluded(impl_->scene, &context.base, &embreeRay);
     return embreeRay.tfar < 0;
 }
 
@@ -166,7 +168,7 @@ Bounds3f InstanceSet::WorldBound() const { return impl_ ? impl_->bound : Bounds3
 size_t InstanceSet::Size() const { return impl_ ? impl_->instances.size() : 0; }
 size_t InstanceSet::MemoryBytes() const {
     return impl_ ? static_cast<size_t>(std::max<ptrdiff_t>(impl_->embreeBytes, 0)) +
-                       impl_->instances.capacity() * sizeof(Instance)
+                       impl_->instances.capacity() * sizeof(PlacedInstance)
                  : 0;
 }
 

@@ -2,6 +2,8 @@
 
 #include "core/error.h"
 
+#include <fmt/format.h>
+
 #include <string>
 
 namespace cuticle {
@@ -15,18 +17,20 @@ constexpr size_t kMaxTriangles = size_t(1) << 27;
 uint32_t Next(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 uint32_t Previous(uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 
-struct Surface {
+// A mesh with its neighbourhoods.
+struct LoopSurface {
     std::vector<Vector3d> p;
     std::vector<uint32_t> from; // by half-edge: the vertex that it leaves
     std::vector<uint32_t> twin; // by half-edge: the one of the neighbouring face, or kNone on the boundary
-    // By vertex, a half-edge that leaves it: of a boundary vertex the last clockwise, the one on the boundary.
+    // By vertex, a half-edge that leaves it; at the boundary the last one clockwise, which is on the
+    // boundary.
     std::vector<uint32_t> leaving;
 
     uint32_t To(uint32_t h) const { return from[Next(h)]; }
     bool OnBoundary(uint32_t vertex) const { return twin[leaving[vertex]] == kNone; }
 
-    // The neighbours of a vertex, in pbrt-v3's order: clockwise around an inner one, anticlockwise from one end of the
-    // boundary to the other around one of the boundary.
+    // Finds the neighbours of a vertex, in pbrt-v3's order: clockwise around an inner one, anticlockwise from
+    // one end of the boundary to the other around one of the boundary.
     void Ring(uint32_t vertex, std::vector<uint32_t> *ring) const {
         ring->clear();
         const uint32_t first = leaving[vertex];
@@ -49,12 +53,10 @@ struct Surface {
     void Connect();
 };
 
-std::string EdgeName(uint32_t a, uint32_t b) {
-    return "edge between vertices " + std::to_string(a) + " and " + std::to_string(b);
-}
+std::string EdgeName(uint32_t a, uint32_t b) { return fmt::format("edge between vertices {} and {}", a, b); }
 
 // Finds twin and leaving from `from`; Error where the faces are no surface with at most a boundary.
-void Surface::Connect() {
+void LoopSurface::Connect() {
     const auto halfEdges = static_cast<uint32_t>(from.size());
     // Half-edges in the order of their two vertices, so that those of one edge stand together.
     struct Edge {
@@ -74,12 +76,13 @@ void Surface::Connect() {
             continue;
         const uint32_t a = edges[i].half, b = edges[i + 1].half;
         if (i + 2 < edges.size() && edges[i].Same(edges[i + 2]))
-            throw Error("loopsubdiv: the " + EdgeName(edges[i].low, edges[i].high) +
-                        " belongs to more than two faces; a surface has one or two at each edge");
+            throw Error("loopsubdiv: the {} belongs to more than two faces",
+                        EdgeName(edges[i].low, edges[i].high))
+                .WithRemedy("a surface has one or two at each edge");
         if (from[a] == from[b])
-            throw Error(
-                "loopsubdiv: the two faces at the " + EdgeName(edges[i].low, edges[i].high) +
-                " turn different ways; neighbouring faces must run along their edge in opposite directions");
+            throw Error("loopsubdiv: the two faces at the {} turn different ways",
+                        EdgeName(edges[i].low, edges[i].high))
+                .WithRemedy("neighbouring faces must run along their edge in opposite directions");
         twin[a] = b;
         twin[b] = a;
     }
@@ -96,27 +99,24 @@ void Surface::Connect() {
             continue;
         Ring(v, &ring);
         if (ring.size() != faces[v] + (OnBoundary(v) ? 1 : 0))
-            throw Error(
-                "loopsubdiv: at vertex " + std::to_string(v) +
-                " parts of the surface touch in that point alone; give each part a vertex of its own");
+            throw Error("loopsubdiv: at vertex {} parts of the surface touch in that point alone", v)
+                .WithRemedy("give each part a vertex of its own");
     }
 }
 
-Surface SurfaceOf(const TriangleMesh &control) {
+LoopSurface SurfaceOf(const TriangleMesh &control) {
     if (control.indices.size() % 3 != 0)
-        throw Error("loopsubdiv: " + std::to_string(control.indices.size()) +
-                    " indices, which is not a multiple of 3");
-    Surface s;
+        throw Error("loopsubdiv: {} indices, which is not a multiple of 3", control.indices.size());
+    LoopSurface s;
     std::vector<uint32_t> place(control.p.size(), kNone);
     for (size_t f = 0; f < control.indices.size(); f += 3)
         for (size_t i = 0; i < 3; ++i) {
             const uint32_t v = control.indices[f + i];
             if (v >= control.p.size())
-                throw Error("loopsubdiv: vertex index " + std::to_string(v) + " is out of range; there are " +
-                            std::to_string(control.p.size()) + " points, counted from 0");
+                throw Error("loopsubdiv: vertex index {} is out of range", v)
+                    .WithRemedy("there are {} points, counted from 0", control.p.size());
             if (v == control.indices[f + (i + 1) % 3])
-                throw Error("loopsubdiv: face " + std::to_string(f / 3) + " names vertex " +
-                            std::to_string(v) + " twice");
+                throw Error("loopsubdiv: face {} names vertex {} twice", f / 3, v);
             place[v] = 0;
         }
     s.from = control.indices;
@@ -138,22 +138,22 @@ Surface SurfaceOf(const TriangleMesh &control) {
     return s;
 }
 
-// (1 - n beta) v + beta times the sum of the ring.
-Vector3d WeightRing(const Surface &s, uint32_t v, const std::vector<uint32_t> &ring, double beta) {
+// Returns (1 - n beta) v + beta times the sum of the ring.
+Vector3d WeightRing(const LoopSurface &s, uint32_t v, const std::vector<uint32_t> &ring, double beta) {
     Vector3d sum;
     for (const uint32_t r : ring)
         sum += s.p[r];
     return s.p[v] * (1 - static_cast<double>(ring.size()) * beta) + sum * beta;
 }
-// (1 - 2 beta) v + beta times its two neighbours on the boundary.
-Vector3d WeightBoundary(const Surface &s, uint32_t v, const std::vector<uint32_t> &ring, double beta) {
+// Returns (1 - 2 beta) v + beta times its two neighbours on the boundary.
+Vector3d WeightBoundary(const LoopSurface &s, uint32_t v, const std::vector<uint32_t> &ring, double beta) {
     return s.p[v] * (1 - 2 * beta) + (s.p[ring.front()] + s.p[ring.back()]) * beta;
 }
 double Beta(size_t valence) { return valence == 3 ? 3. / 16 : 3. / (8 * static_cast<double>(valence)); }
 double LimitBeta(size_t valence) { return 1 / (static_cast<double>(valence) + 3 / (8 * Beta(valence))); }
 
-Surface Refine(const Surface &s) {
-    Surface fine;
+LoopSurface Refine(const LoopSurface &s) {
+    LoopSurface fine;
     const auto halfEdges = static_cast<uint32_t>(s.from.size());
     fine.p.reserve(s.p.size() + halfEdges);
     std::vector<uint32_t> ring;
@@ -187,9 +187,10 @@ Surface Refine(const Surface &s) {
     return fine;
 }
 
-// Two tangents' cross product, from the ring of a vertex: Loop's and Hoppe's masks, which give exact tangents of the
-// limit surface when applied to the control points (pbrt-v3 applies them to points that are already on it).
-Vector3d LimitNormal(const Surface &s, uint32_t v, const std::vector<uint32_t> &ring) {
+// Returns the cross product of two tangents, from the ring of a vertex: Loop's and Hoppe's masks, which give
+// exact tangents of the limit surface when applied to the control points (pbrt-v3 applies them to points that
+// are already on it).
+Vector3d LimitNormal(const LoopSurface &s, uint32_t v, const std::vector<uint32_t> &ring) {
     const size_t n = ring.size();
     Vector3d along, across;
     if (!s.OnBoundary(v)) {
@@ -221,11 +222,9 @@ Vector3d LimitNormal(const Surface &s, uint32_t v, const std::vector<uint32_t> &
 
 TriangleMesh LoopSubdivide(const TriangleMesh &control, int levels) {
     if (levels < 0 || levels > 13 || control.indices.size() / 3 << (2 * levels) > kMaxTriangles)
-        throw Error("loopsubdiv: " + std::to_string(levels) + " levels of " +
-                    std::to_string(control.indices.size() / 3) +
-                    " faces; levels must be at least 0 and leave at most " + std::to_string(kMaxTriangles) +
-                    " triangles");
-    Surface s = SurfaceOf(control);
+        throw Error("loopsubdiv: {} levels of {} faces", levels, control.indices.size() / 3)
+            .WithRemedy("levels must be at least 0 and leave at most {} triangles", kMaxTriangles);
+    LoopSurface s = SurfaceOf(control);
     for (int i = 0; i < levels; ++i)
         s = Refine(s);
     TriangleMesh mesh;

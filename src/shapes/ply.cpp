@@ -3,6 +3,8 @@
 #include "core/error.h"
 #include "files/file.h"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <charconv>
 #include <cstring>
@@ -14,14 +16,14 @@ namespace cuticle {
 namespace {
 
 // Hands out bytes one after another, from a file (gzip or not) or from memory, through one buffer.
-class Source {
+class PlySource {
   public:
-    Source(std::string_view bytes, std::string name)
+    PlySource(std::string_view bytes, std::string name)
         : name_(std::move(name)), at_(bytes.data()), end_(at_ + bytes.size()) {}
-    explicit Source(const std::string &filename)
+    explicit PlySource(const std::string &filename)
         : name_(filename), file_(std::make_unique<InputFile>(filename, "the PLY file")), buffer_(1 << 18) {}
 
-    // The next byte, or -1 at the end.
+    // Returns the next byte, or -1 at the end.
     int Peek() { return at_ != end_ || Refill() ? static_cast<unsigned char>(*at_) : -1; }
     int Get() {
         const int c = Peek();
@@ -29,7 +31,7 @@ class Source {
             ++at_;
         return c;
     }
-    // False if fewer than n bytes are left.
+    // Reads n bytes; false if fewer are left.
     bool Read(void *to, size_t n) {
         auto *out = static_cast<char *>(to);
         while (n > 0) {
@@ -41,7 +43,11 @@ class Source {
         }
         return true;
     }
-    [[noreturn]] void Fail(const std::string &what) const { throw Error(name_ + ": " + what); }
+    // Throws Error("<name>: <what>").
+    template <typename... Args>
+    [[noreturn]] void Fail(fmt::format_string<Args...> what, Args &&...args) const {
+        throw Error("{}: {}", name_, fmt::vformat(what, fmt::make_format_args(args...)));
+    }
     const std::string &Name() const { return name_; }
 
   private:
@@ -52,7 +58,7 @@ class Source {
             at_ = buffer_.data();
             end_ = at_ + file_->Read(buffer_.data(), buffer_.size());
         } catch (const Error &e) {
-            Fail(e.Message());
+            Fail("{}", e.Message());
         }
         return at_ != end_;
     }
@@ -63,38 +69,38 @@ class Source {
     const char *at_ = nullptr, *end_ = nullptr;
 };
 
-enum class Type { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
-enum class Format { Ascii, LittleEndian, BigEndian };
+enum class PlyType { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
+enum class PlyFormat { Ascii, LittleEndian, BigEndian };
 
-struct TypeName {
+struct PlyTypeName {
     std::string_view name;
-    Type type;
+    PlyType type;
 };
-constexpr TypeName kTypes[] = {
-    {"char", Type::Int8},      {"int8", Type::Int8},       {"uchar", Type::UInt8},
-    {"uint8", Type::UInt8},    {"short", Type::Int16},     {"int16", Type::Int16},
-    {"ushort", Type::UInt16},  {"uint16", Type::UInt16},   {"int", Type::Int32},
-    {"int32", Type::Int32},    {"uint", Type::UInt32},     {"uint32", Type::UInt32},
-    {"float", Type::Float32},  {"float32", Type::Float32}, {"double", Type::Float64},
-    {"float64", Type::Float64}};
+constexpr PlyTypeName kTypes[] = {
+    {"char", PlyType::Int8},      {"int8", PlyType::Int8},       {"uchar", PlyType::UInt8},
+    {"uint8", PlyType::UInt8},    {"short", PlyType::Int16},     {"int16", PlyType::Int16},
+    {"ushort", PlyType::UInt16},  {"uint16", PlyType::UInt16},   {"int", PlyType::Int32},
+    {"int32", PlyType::Int32},    {"uint", PlyType::UInt32},     {"uint32", PlyType::UInt32},
+    {"float", PlyType::Float32},  {"float32", PlyType::Float32}, {"double", PlyType::Float64},
+    {"float64", PlyType::Float64}};
 
-struct Property {
+struct PlyProperty {
     std::string name;
-    Type type = Type::Float32;
-    std::optional<Type> countType; // of a list
-    int target = -1;               // vertex: 0..2 position, 3..5 normal, 6..7 uv; face: 0 the corner list
+    PlyType type = PlyType::Float32;
+    std::optional<PlyType> countType; // of a list
+    int target = -1;                  // vertex: 0..2 position, 3..5 normal, 6..7 uv; face: 0 the corner list
 };
-struct Element {
+struct PlyElement {
     std::string name;
     uint64_t count = 0;
-    std::vector<Property> properties;
+    std::vector<PlyProperty> properties;
 };
-struct Header {
-    Format format = Format::Ascii;
-    std::vector<Element> elements;
+struct PlyHeader {
+    PlyFormat format = PlyFormat::Ascii;
+    std::vector<PlyElement> elements;
 };
 
-std::string ReadLine(Source &source) {
+std::string ReadLine(PlySource &source) {
     std::string line;
     for (int c; (c = source.Get()) != '\n';) {
         if (c < 0)
@@ -121,17 +127,17 @@ std::vector<std::string_view> Words(std::string_view line) {
     return words;
 }
 
-Type ParseType(const Source &source, std::string_view word) {
-    for (const TypeName &t : kTypes)
+PlyType ParseType(const PlySource &source, std::string_view word) {
+    for (const PlyTypeName &t : kTypes)
         if (t.name == word)
             return t.type;
-    source.Fail("\"" + std::string(word) + "\" is no PLY type");
+    source.Fail("\"{}\" is no PLY type", word);
 }
 
-Header ReadHeader(Source &source) {
+PlyHeader ReadHeader(PlySource &source) {
     if (ReadLine(source) != "ply")
         source.Fail("is not a PLY file (its first line is not \"ply\")");
-    Header header;
+    PlyHeader header;
     bool formatSeen = false;
     while (true) {
         const std::string line = ReadLine(source);
@@ -146,19 +152,19 @@ Header ReadHeader(Source &source) {
         if (words[0] == "format" && words.size() == 3) {
             formatSeen = true;
             if (words[1] == "ascii")
-                header.format = Format::Ascii;
+                header.format = PlyFormat::Ascii;
             else if (words[1] == "binary_little_endian")
-                header.format = Format::LittleEndian;
+                header.format = PlyFormat::LittleEndian;
             else if (words[1] == "binary_big_endian")
-                header.format = Format::BigEndian;
+                header.format = PlyFormat::BigEndian;
             else
-                source.Fail("unknown PLY format \"" + std::string(words[1]) + "\"");
+                source.Fail("unknown PLY format \"{}\"", words[1]);
         } else if (words[0] == "element" && words.size() == 3) {
-            Element element{std::string(words[1]), 0, {}};
+            PlyElement element{std::string(words[1]), 0, {}};
             const char *end = words[2].data() + words[2].size();
             if (const auto r = std::from_chars(words[2].data(), end, element.count);
                 r.ec != std::errc() || r.ptr != end)
-                source.Fail("\"" + std::string(words[2]) + "\" is no count of elements");
+                source.Fail("\"{}\" is no count of elements", words[2]);
             if (header.elements.size() == 1000)
                 source.Fail("more than 1000 kinds of elements");
             header.elements.push_back(std::move(element));
@@ -166,65 +172,64 @@ Header ReadHeader(Source &source) {
                    (words.size() == 3 || (words.size() == 5 && words[1] == "list"))) {
             if (header.elements.empty())
                 source.Fail("a PLY property before the first element");
-            Property property;
+            PlyProperty property;
             property.name = words.back();
             property.type = ParseType(source, words[words.size() - 2]);
             if (words.size() == 5) {
                 property.countType = ParseType(source, words[2]);
-                if (*property.countType >= Type::Float32)
-                    source.Fail("property " + property.name + ": the length of a list cannot be a float");
+                if (*property.countType >= PlyType::Float32)
+                    source.Fail("property {}: the length of a list cannot be a float", property.name);
             }
-            std::vector<Property> &properties = header.elements.back().properties;
+            std::vector<PlyProperty> &properties = header.elements.back().properties;
             if (properties.size() == 1000)
-                source.Fail("element " + header.elements.back().name + " has more than 1000 properties");
+                source.Fail("element {} has more than 1000 properties", header.elements.back().name);
             properties.push_back(std::move(property));
         } else {
-            source.Fail("the PLY header line \"" + line.substr(0, 80) + "\" makes no sense");
+            source.Fail("the PLY header line \"{}\" makes no sense", line.substr(0, 80));
         }
     }
 }
 
-// Values one after another, in any of the three formats.
-class ValueReader {
+// Reads values one after another, in any of the three formats.
+class PlyValueReader {
   public:
-    ValueReader(Source &source, Format format) : source_(source), format_(format) {}
+    PlyValueReader(PlySource &source, PlyFormat format) : source_(source), format_(format) {}
 
-    double Read(Type type) {
-        if (format_ == Format::Ascii)
+    double Read(PlyType type) {
+        if (format_ == PlyFormat::Ascii)
             return ReadText();
         switch (type) {
-        case Type::Int8:
+        case PlyType::Int8:
             return ReadBinary<int8_t, uint8_t>();
-        case Type::UInt8:
+        case PlyType::UInt8:
             return ReadBinary<uint8_t, uint8_t>();
-        case Type::Int16:
+        case PlyType::Int16:
             return ReadBinary<int16_t, uint16_t>();
-        case Type::UInt16:
+        case PlyType::UInt16:
             return ReadBinary<uint16_t, uint16_t>();
-        case Type::Int32:
+        case PlyType::Int32:
             return ReadBinary<int32_t, uint32_t>();
-        case Type::UInt32:
+        case PlyType::UInt32:
             return ReadBinary<uint32_t, uint32_t>();
-        case Type::Float32:
-            return static_cast<double>(ReadBinary<float, uint32_t>());
-        case Type::Float64:
+        case PlyType::Float32:
+            return ReadBinary<float, uint32_t>();
+        case PlyType::Float64:
             break;
         }
         return ReadBinary<double, uint64_t>();
     }
-    // The length of a list.
-    uint64_t ReadCount(const Property &property) {
+    // Reads the length of a list.
+    uint64_t ReadCount(const PlyProperty &property) {
         const double v = Read(*property.countType);
         if (!(v >= 0 && v <= 4294967295.0 && v == std::floor(v)))
-            source_.Fail("property " + property.name + ": a list of length " + std::to_string(v));
+            source_.Fail("property {}: a list of length {:f}", property.name, v);
         return static_cast<uint64_t>(v);
     }
-    void SetPlace(const Element *element, uint64_t index) { element_ = element, index_ = index; }
+    void SetPlace(const PlyElement *element, uint64_t index) { element_ = element, index_ = index; }
 
   private:
     [[noreturn]] void FailTruncated() const {
-        source_.Fail("ends at " + element_->name + " " + std::to_string(index_) + " of " +
-                     std::to_string(element_->count));
+        source_.Fail("ends at {} {} of {}", element_->name, index_, element_->count);
     }
     template <typename T, typename Bits>
     T ReadBinary() {
@@ -233,7 +238,7 @@ class ValueReader {
             FailTruncated();
         Bits bits = 0;
         for (size_t i = 0; i < sizeof bytes; ++i) {
-            const size_t place = format_ == Format::LittleEndian ? i : sizeof bytes - 1 - i;
+            const size_t place = format_ == PlyFormat::LittleEndian ? i : sizeof bytes - 1 - i;
             bits = static_cast<Bits>(bits | static_cast<Bits>(static_cast<Bits>(bytes[i]) << (8 * place)));
         }
         return std::bit_cast<T>(bits);
@@ -248,8 +253,7 @@ class ValueReader {
         size_t n = 0;
         for (; c > ' '; c = source_.Get()) {
             if (n == sizeof word)
-                source_.Fail("a number of more than 64 characters at " + element_->name + " " +
-                             std::to_string(index_));
+                source_.Fail("a number of more than 64 characters at {} {}", element_->name, index_);
             word[n++] = static_cast<char>(c);
         }
         double v = 0;
@@ -261,21 +265,20 @@ class ValueReader {
                    : minus                                                      ? -HUGE_VAL
                                                                                 : HUGE_VAL;
         if (r.ec != std::errc() || r.ptr != word + n)
-            source_.Fail("\"" + std::string(text) + "\" where a number belongs, at " + element_->name + " " +
-                         std::to_string(index_));
+            source_.Fail("\"{}\" where a number belongs, at {} {}", text, element_->name, index_);
         return v;
     }
 
-    Source &source_;
-    Format format_;
-    const Element *element_ = nullptr;
+    PlySource &source_;
+    PlyFormat format_;
+    const PlyElement *element_ = nullptr;
     uint64_t index_ = 0;
 };
 
-// Reservations follow a header's word only so far.
+// Limits what is reserved on a header's word alone.
 size_t CautiousReserve(uint64_t count) { return static_cast<size_t>(std::min<uint64_t>(count, 1 << 20)); }
 
-void ReadVertices(ValueReader &values, Element &element, const Source &source, TriangleMesh *mesh) {
+void ReadVertices(PlyValueReader &values, PlyElement &element, const PlySource &source, TriangleMesh *mesh) {
     constexpr std::string_view kTargets[][5] = {{"x"},
                                                 {"y"},
                                                 {"z"},
@@ -285,7 +288,7 @@ void ReadVertices(ValueReader &values, Element &element, const Source &source, T
                                                 {"u", "s", "texture_u", "texture_s"},
                                                 {"v", "t", "texture_v", "texture_t"}};
     bool has[8] = {};
-    for (Property &property : element.properties)
+    for (PlyProperty &property : element.properties)
         for (size_t k = 0; k < 8; ++k)
             for (const std::string_view name : kTargets[k])
                 if (!has[k] && !property.countType && property.name == name)
@@ -293,14 +296,14 @@ void ReadVertices(ValueReader &values, Element &element, const Source &source, T
     if (!(has[0] && has[1] && has[2]))
         source.Fail("its vertices lack x, y or z");
     if (element.count > 0xfffffffeull)
-        source.Fail(std::to_string(element.count) + " vertices: more than 4294967294");
+        source.Fail("{} vertices: more than 4294967294", element.count);
     const bool hasN = has[3] && has[4] && has[5], hasUV = has[6] && has[7];
     mesh->p.reserve(CautiousReserve(element.count));
     uint64_t notFinite = 0;
     for (uint64_t i = 0; i < element.count; ++i) {
         values.SetPlace(&element, i);
         float v[8] = {};
-        for (const Property &property : element.properties) {
+        for (const PlyProperty &property : element.properties) {
             const uint64_t length = property.countType ? values.ReadCount(property) : 1;
             for (uint64_t k = 0; k < length; ++k) {
                 const double value = values.Read(property.type);
@@ -321,14 +324,15 @@ void ReadVertices(ValueReader &values, Element &element, const Source &source, T
             mesh->uv.push_back({v[6], v[7]});
     }
     if (notFinite > 0)
-        Warning("PLY values out of range", source.Name() + ": the normals or texture coordinates of " +
-                                               std::to_string(notFinite) +
-                                               " vertices are not finite, and set to 0");
+        Warning(
+            "PLY values out of range",
+            fmt::format("{}: the normals or texture coordinates of {} vertices are not finite, and set to 0",
+                        source.Name(), notFinite));
 }
 
-void ReadFaces(ValueReader &values, Element &element, const Source &source, TriangleMesh *mesh) {
+void ReadFaces(PlyValueReader &values, PlyElement &element, const PlySource &source, TriangleMesh *mesh) {
     bool hasCorners = false;
-    for (Property &property : element.properties)
+    for (PlyProperty &property : element.properties)
         if (!hasCorners && property.countType &&
             (property.name == "vertex_indices" || property.name == "vertex_index"))
             property.target = 0, hasCorners = true;
@@ -338,7 +342,7 @@ void ReadFaces(ValueReader &values, Element &element, const Source &source, Tria
     uint64_t dropped = 0;
     for (uint64_t i = 0; i < element.count; ++i) {
         values.SetPlace(&element, i);
-        for (const Property &property : element.properties) {
+        for (const PlyProperty &property : element.properties) {
             const uint64_t length = property.countType ? values.ReadCount(property) : 1;
             uint32_t first = 0, previous = 0;
             for (uint64_t k = 0; k < length; ++k) {
@@ -346,8 +350,7 @@ void ReadFaces(ValueReader &values, Element &element, const Source &source, Tria
                 if (property.target < 0)
                     continue;
                 if (!(value >= 0 && value <= 4294967294.0 && value == std::floor(value)))
-                    source.Fail("face " + std::to_string(i) + " has the vertex index " +
-                                std::to_string(value));
+                    source.Fail("face {} has the vertex index {:f}", i, value);
                 const auto index = static_cast<uint32_t>(value);
                 if (k == 0)
                     first = index;
@@ -363,17 +366,16 @@ void ReadFaces(ValueReader &values, Element &element, const Source &source, Tria
         }
     }
     if (dropped > 0)
-        Warning("PLY faces dropped", source.Name() + ": " + std::to_string(dropped) + " of " +
-                                         std::to_string(element.count) +
-                                         " faces have fewer than three corners");
+        Warning("PLY faces dropped", fmt::format("{}: {} of {} faces have fewer than three corners",
+                                                 source.Name(), dropped, element.count));
 }
 
-TriangleMesh ReadFrom(Source &source) {
-    Header header = ReadHeader(source);
-    ValueReader values(source, header.format);
+TriangleMesh ReadFrom(PlySource &source) {
+    PlyHeader header = ReadHeader(source);
+    PlyValueReader values(source, header.format);
     TriangleMesh mesh;
     bool vertices = false, faces = false;
-    for (Element &element : header.elements) {
+    for (PlyElement &element : header.elements) {
         if (element.name == "vertex" && !vertices) {
             ReadVertices(values, element, source, &mesh);
             vertices = true;
@@ -385,7 +387,7 @@ TriangleMesh ReadFrom(Source &source) {
                 continue;
             for (uint64_t i = 0; i < element.count; ++i) {
                 values.SetPlace(&element, i);
-                for (const Property &property : element.properties)
+                for (const PlyProperty &property : element.properties)
                     for (uint64_t n = property.countType ? values.ReadCount(property) : 1; n > 0; --n)
                         values.Read(property.type);
             }
@@ -397,20 +399,19 @@ TriangleMesh ReadFrom(Source &source) {
         source.Fail("holds no faces");
     for (const uint32_t index : mesh.indices)
         if (index >= mesh.p.size())
-            source.Fail("a face has the vertex index " + std::to_string(index) + ", but there are " +
-                        std::to_string(mesh.p.size()) + " vertices");
+            source.Fail("a face has the vertex index {}, but there are {} vertices", index, mesh.p.size());
     return mesh;
 }
 
 } // namespace
 
 TriangleMesh ReadPly(const std::string &filename) {
-    Source source(filename);
+    PlySource source(filename);
     return ReadFrom(source);
 }
 
 TriangleMesh ReadPlyBytes(std::string_view bytes, const std::string &name) {
-    Source source(bytes, name);
+    PlySource source(bytes, name);
     return ReadFrom(source);
 }
 

@@ -1,7 +1,7 @@
 // Triangle meshes from PLY files.
 #pragma once
 
-#include "shapes/solid_set.h"
+#include "shapes/triangle_mesh.h"
 
 #include <string>
 #include <string_view>
@@ -16,7 +16,7 @@ namespace cuticle {
 // with the file's name and the fault; memory grows with the data that is there, not with the counts a header
 // claims.
 TriangleMesh ReadPly(const std::string &filename);
-// The same from memory (not compressed); `name` stands in messages.
+// Reads the same from memory (not compressed); `name` stands in messages.
 TriangleMesh ReadPlyBytes(std::string_view bytes, const std::string &name);
 
 } // namespace cuticle

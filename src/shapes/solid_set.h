@@ -1,26 +1,18 @@
-// Everything that is not a curve: triangle meshes and quadrics (spheres, disks, cylinders, cones, paraboloids,
-// hyperboloids), traced by Embree 3. Quadrics are Embree user geometry, intersected here in object space and in double.
+// Everything that is not a curve: triangle meshes and quadrics (spheres, disks, cylinders, cones,
+// paraboloids, hyperboloids), traced by Embree. Quadrics are Embree's user geometry, intersected here in
+// object space and in double.
 #pragma once
 
 #include "core/vecmath.h"
+#include "shapes/triangle_mesh.h"
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <vector>
 
 namespace cuticle {
 
-// Vertices in world space. n and uv are empty or hold one entry a vertex; indices: three a triangle. Without
-// uv a triangle's corners have pbrt-v3's (0,0), (1,0), (1,1).
-struct TriangleMesh {
-    std::vector<Point3f> p;
-    std::vector<Normal3f> n;
-    std::vector<Point2f> uv;
-    std::vector<uint32_t> indices;
-};
-
-// Where a ray met a solid. n is the geometric normal, of unit length and not turned toward the ray: the cross
+// A hit on a solid. n is the geometric normal, of unit length and not turned toward the ray: the cross
 // product that pbrt-v3 takes, flipped for flipNormals, and for a mesh with vertex normals turned to their
 // side. ns is the shading normal (n where there is none better). uv and dpdu, dpdv are pbrt-v3's
 // parameterisation; where it is degenerate, dpdu and dpdv are any frame across n. |true p - p| <= pError in
@@ -37,7 +29,7 @@ struct SolidHit {
     uint32_t primId = 0;     // triangle of the mesh, counted as in its indices; 0 for quadrics
 };
 
-// What a ray met, as far as it need be known while something nearer may still be found: SolidSet::Describe does the rest.
+// Minimal hit record during traversal; SolidSet::Describe computes the rest.
 struct SolidPoint {
     float t = 0;
     uint32_t geometryId = 0;
@@ -53,14 +45,14 @@ struct ShapeSample {
     float pdf = 0;
 };
 
-// The origin for a ray that leaves p toward w without meeting the surface again: p moved along n by as much
-// as pError allows p to be off, on the side of w, and each coordinate rounded away from p (pbrt-v3, section
-// 3.9.5).
+// Returns the origin for a ray that leaves p toward w without meeting the surface again: p moved along n by
+// as much as pError allows p to be off, on the side of w, and each coordinate rounded away from p (pbrt-v3,
+// section 3.9.5).
 Point3f OffsetRayOrigin(const Point3f &p, const Vector3f &pError, const Normal3f &n, const Vector3f &w);
 
-// Add shapes, Commit() once, then ask from any number of threads. Every Add returns a geometry id, counted
-// from 0. flipNormals is pbrt-v3's reverseOrientation ^ transformSwapsHandedness, so for quadrics it is
-// reverseOrientation alone here: their transformation is known.
+// SolidSet holds the solids of a scene or of one object. Add shapes, Commit() once, then ask from any number
+// of threads. Every Add returns a geometry id, counted from 0. flipNormals is pbrt-v3's reverseOrientation ^
+// transformSwapsHandedness; quadrics take reverseOrientation alone, as their transformation is known.
 class SolidSet {
   public:
     SolidSet();
@@ -68,9 +60,7 @@ class SolidSet {
     SolidSet(SolidSet &&) noexcept;
     SolidSet &operator=(SolidSet &&) noexcept;
 
-    // Whether a mesh is there at this point (in its own coordinates); shadow: for a ray of Occluded. Called from any
-    // thread.
-    using MeshAlpha = std::function<bool(const Point3f &p, const Point2f &uv, bool shadow)>;
+    using MeshAlpha = cuticle::MeshAlpha;
     // Triangles with an index out of range, a vertex that is not finite, or no area are dropped; one Warning
     // counts them. Normals or uv whose number differs from the vertices', or an index count that is no
     // multiple of 3: Error.
@@ -87,13 +77,14 @@ class SolidSet {
                      uint32_t shapeId, bool reverseOrientation);
     uint32_t AddParaboloid(const Transform &objectToWorld, float radius, float zMin, float zMax, float phiMax,
                            uint32_t shapeId, bool reverseOrientation);
-    // pbrt-v3's surface, x^2 + y^2 = c0 + c2 z^2: it is the one that the segment from p1 to p2 sweeps only if that is
-    // symmetric in z; otherwise a Warning says so.
+    // pbrt-v3's surface, x^2 + y^2 = c0 + c2 z^2: it is the one that the segment from p1 to p2 sweeps only if
+    // that is symmetric in z; otherwise a Warning says so.
     uint32_t AddHyperboloid(const Transform &objectToWorld, const Point3f &p1, const Point3f &p2,
                             float phiMax, uint32_t shapeId, bool reverseOrientation);
     void Commit();
 
-    // The nearest hit with t in (ray.tMin, ray.tMax). A ray with a NaN or without a direction meets nothing.
+    // Finds the nearest hit with t in (ray.tMin, ray.tMax). A ray with a NaN or without a direction meets
+    // nothing.
     bool Intersect(const Ray &ray, SolidPoint *point) const;
     SolidHit Describe(const SolidPoint &point) const;
     bool Intersect(const Ray &ray, SolidHit *hit) const; // Intersect and Describe
@@ -103,16 +94,17 @@ class SolidSet {
     size_t MemoryBytes() const; // Embree's and ours
 
     // --- for area lights ---
-    // World-space area.
+    // Returns the area in world space.
     float Area(uint32_t geometryId) const;
-    // A point uniform over the area (for a quadric under a transformation that is no similarity: uniform in
-    // object space, with the density that makes; for a hyperboloid uniform in z and phi). u in [0,1)^2. False for a
-    // shape of no area, and where a hyperboloid of two sheets has none.
+    // Samples a point uniformly over the area (for a quadric under a transformation that is no similarity:
+    // uniform in object space, with the density that makes; for a hyperboloid uniform in z and phi). u in
+    // [0,1)^2. False for a shape of no area, and where a hyperboloid of two sheets has none.
     bool Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample) const;
-    // As seen from ref: a full sphere that ref is outside of by solid angle, all else by area; pdf per
-    // steradian. False where pdf would be 0 or infinite.
+    // Samples a point as seen from ref: on a full sphere that ref is outside of by solid angle, on all else
+    // by area; pdf is per steradian. False where pdf would be 0 or infinite.
     bool Sample(uint32_t geometryId, const Point3f &ref, const Point2f &u, ShapeSample *sample) const;
-    // The density per steradian with which Sample(geometryId, ref, ...) picks the direction that led to hit.
+    // Returns the density per steradian with which Sample(geometryId, ref, ...) picks the direction that led
+    // to hit.
     float Pdf(const Point3f &ref, const SolidHit &hit) const;
 
   private:

@@ -7,15 +7,14 @@ namespace cuticle {
 
 namespace {
 
-Vector3d AsVector(const Point3f &p) { return {p.x, p.y, p.z}; }
-
-struct Place {
+// A point of a strand and its direction there.
+struct StrandPoint {
     Vector3d p, tangent; // tangent of unit length
 };
-Place PlaceAt(const CurveSegment &segment, double u) {
+StrandPoint PointOfStrand(const CurveSegment &segment, double u) {
     Vector3d cp[4], derivative;
     for (size_t i = 0; i < 4; ++i)
-        cp[i] = AsVector(segment.cp[i]);
+        cp[i] = Vector3d(segment.cp[i]);
     const Vector3d p = EvalBezier(cp, u, &derivative);
     if (!(derivative.LengthSquared() > 0))
         derivative = cp[3] - cp[0]; // where the curve stands still, its chord
@@ -24,7 +23,8 @@ Place PlaceAt(const CurveSegment &segment, double u) {
     return {p, Normalize(derivative)};
 }
 
-// At right angles to a tangent, and of unit length.
+// Returns the part of v at right angles to a unit tangent, scaled to unit length; any direction across where
+// there is none.
 Vector3d Across(const Vector3d &v, const Vector3d &tangent) {
     const Vector3d across = v - tangent * Dot(v, tangent);
     if (across.LengthSquared() > 1e-12)
@@ -34,14 +34,14 @@ Vector3d Across(const Vector3d &v, const Vector3d &tangent) {
     return x;
 }
 
-// v mirrored at the plane across d, which has a length.
+// Returns v mirrored at the plane across d, whose length is not 0.
 Vector3d Mirrored(const Vector3d &v, const Vector3d &d) {
     return v - d * (2 * Dot(d, v) / d.LengthSquared());
 }
 
-// Two reflections carry the frame at one place to the other: one at the plane between the places, one that brings the
-// tangents together.
-Vector3d Carried(const Vector3d &normal, const Place &from, const Place &to) {
+// Two reflections carry the frame at one place to the other: one at the plane between the places, one that
+// brings the tangents together.
+Vector3d Carried(const Vector3d &normal, const StrandPoint &from, const StrandPoint &to) {
     const Vector3d chord = to.p - from.p;
     if (!(chord.LengthSquared() > 0))
         return Across(normal, to.tangent);
@@ -51,14 +51,14 @@ Vector3d Carried(const Vector3d &normal, const Place &from, const Place &to) {
 }
 
 bool Continues(const CurveSegment &before, const CurveSegment &next) {
-    const double gap = (AsVector(next.cp[0]) - AsVector(before.cp[3])).LengthSquared();
-    return before.group == next.group && gap <= Sqr(0.05 * static_cast<double>(next.width[0]));
+    const double gap = (Vector3d(next.cp[0]) - Vector3d(before.cp[3])).LengthSquared();
+    return before.group == next.group && gap <= Sqr(0.05 * next.width[0]);
 }
 
 Vector3d RandomAcross(const Vector3d &tangent, uint64_t strand) {
     Vector3d x, y;
     CoordinateSystem(tangent, &x, &y);
-    const double angle = 2 * std::numbers::pi * static_cast<double>(MixBits(strand + 1) >> 11) * 0x1p-53;
+    const double angle = 2 * kPi<double> * static_cast<double>(MixBits(strand + 1) >> 11) * 0x1p-53;
     return x * std::cos(angle) + y * std::sin(angle);
 }
 
@@ -69,19 +69,19 @@ std::vector<Vector3f> MakeStrandNormals(std::span<const CurveSegment> segments) 
     Vector3d atEnd;
     uint64_t strand = 0;
     for (size_t i = 0; i < segments.size(); ++i) {
-        const Place start = PlaceAt(segments[i], 0);
+        const StrandPoint start = PointOfStrand(segments[i], 0);
         const bool joined = i > 0 && Continues(segments[i - 1], segments[i]);
         const Vector3d normal = joined ? Across(atEnd, start.tangent) : RandomAcross(start.tangent, strand++);
-        atEnd = Carried(normal, start, PlaceAt(segments[i], 1));
+        atEnd = Carried(normal, start, PointOfStrand(segments[i], 1));
         normals[i] = Vector3f(normal);
     }
     return normals;
 }
 
 Vector3f StrandNormal(const CurveSegment &segment, const Vector3f &start, float u, const Vector3f &tangent) {
-    Place here = PlaceAt(segment, u);
+    StrandPoint here = PointOfStrand(segment, u);
     here.tangent = Vector3d(tangent);
-    return Vector3f(Carried(Vector3d(start), PlaceAt(segment, 0), here));
+    return Vector3f(Carried(Vector3d(start), PointOfStrand(segment, 0), here));
 }
 
 } // namespace cuticle

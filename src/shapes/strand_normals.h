@@ -1,4 +1,4 @@
-// A direction across every strand: where the major axis of an eccentric fiber points.
+// Directions across strands: the major axis of eccentric fibers.
 #pragma once
 
 #include "shapes/curve_types.h"
@@ -7,13 +7,14 @@
 
 namespace cuticle {
 
-// Unit vectors at right angles to the strands, one for the start of every segment. At a strand's root its azimuth is
-// random, by the strand's number; along the strand it is carried without twist (rotation minimising frames by double
-// reflection, Wang, Juettler, Zheng and Liu 2008). Segments belong to one strand while each starts where the one before
-// it ended, in the same group.
+// Makes unit vectors at right angles to the strands, one for the start of every segment. At a strand's root
+// its azimuth is random, by the strand's number; along the strand it is carried without twist (rotation
+// minimising frames by double reflection, Wang, Juettler, Zheng and Liu 2008). Segments belong to one strand
+// while each starts where the one before it ended, in the same group.
 std::vector<Vector3f> MakeStrandNormals(std::span<const CurveSegment> segments);
 
-// The same direction further along a segment: start is its normal at u = 0, tangent the unit tangent at u.
+// Returns the same direction further along a segment: start is its normal at u = 0, tangent the unit tangent
+// at u.
 Vector3f StrandNormal(const CurveSegment &segment, const Vector3f &start, float u, const Vector3f &tangent);
 
 } // namespace cuticle

@@ -5,6 +5,7 @@
 // or any hit. Accuracy is counted against an oracle in extended precision, on the same bounces for all, with
 // the same start of the ray.
 #include "core/clock.h"
+#include "core/isa.h"
 #include "figures/charts/curve_rays.h"
 
 #include <benchmark/benchmark.h>
@@ -165,7 +166,7 @@ int main(int argc, char **argv) {
     using namespace cuticle;
     benchmark::Initialize(&argc, argv);
     std::printf("%zu strands of %zu segments; instruction set %s\n", Strands(), kSegmentsPerStrand,
-                CurveSetIsa());
+                IsaName(ChooseIsa()));
     for (const RaySort kind : {Camera, Closest, Any})
         for (const Contender who : {Set, Binary, Flat4, Flat16, Round})
             benchmark::RegisterBenchmark(

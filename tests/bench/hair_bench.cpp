@@ -94,13 +94,13 @@ class Ratios : public benchmark::ConsoleReporter {
     }
     void Print() {
         for (const char *what : {"f_and_pdf", "sample"})
-            for (const char *kernel : {"avx2", "sse2", "scalar"}) {
-                const auto lanes = times_.find(std::string(what) + "/" + kernel);
+            for (const std::string &kernel : HairKernelNames()) {
+                const auto lanes = times_.find(what + ("/" + kernel));
                 const auto printed = times_.find(std::string(what) + "/as_printed");
                 if (lanes != times_.end() && printed != times_.end())
                     std::printf(
                         "%-10s %-7s %7.1f ns   %5.2f times as fast as the printed formulas (%.1f ns)\n", what,
-                        kernel, lanes->second, printed->second / lanes->second, printed->second);
+                        kernel.c_str(), lanes->second, printed->second / lanes->second, printed->second);
             }
     }
 
@@ -114,19 +114,13 @@ class Ratios : public benchmark::ConsoleReporter {
 int main(int argc, char **argv) {
     using namespace cuticle;
     benchmark::Initialize(&argc, argv);
-    for (const char *kernel : {"avx2", "sse2", "scalar"}) {
-        const auto with = [kernel](void (*run)(benchmark::State &)) {
-            return [kernel, run](benchmark::State &state) {
-                try {
-                    SetHairKernels(kernel);
-                } catch (const std::exception &error) {
-                    state.SkipWithError(error.what());
-                    return;
-                }
+    for (const std::string &name : HairKernelNames()) {
+        const auto with = [name](void (*run)(benchmark::State &)) {
+            return [name, run](benchmark::State &state) {
+                SetHairKernels(name);
                 run(state);
             };
         };
-        const std::string name = kernel;
         benchmark::RegisterBenchmark(("set_up/" + name).c_str(), with(SetUpOnly));
         benchmark::RegisterBenchmark(("f_and_pdf/" + name).c_str(), with(FAndPdf<HairBSDF>));
         benchmark::RegisterBenchmark(("sample/" + name).c_str(), with(Sample<HairBSDF>));

@@ -1,4 +1,6 @@
-// CurveSet against an oracle that finds all roots in extended precision, for each instruction set that runs here.
+// CurveSet against an oracle that finds all roots in extended precision, for each instruction set that runs
+// here.
+#include "core/isa.h"
 #include "core/sampling.h"
 #include "shapes/curve_oracle.h"
 #include "shapes/curve_set.h"
@@ -68,12 +70,12 @@ Ray AimFrom(const Vector3d &origin, const Vector3d &target, double stretch = 1) 
 Ray AimFromAround(Random *random, const Vector3d &target, double, const Vector3d &) {
     return AimFrom(random->Direction() * 3., target, (*random)(0.1, 10));
 }
-// From among the curves, as a bounce: a few radii to the whole model away.
+// Starts among the curves, as a bounce does: a few radii to the whole model away.
 Ray AimFromWithin(Random *random, const Vector3d &target, double r, const Vector3d &) {
     return AimFrom(target + random->Direction() * std::exp((*random)(std::log(0.5 * r), std::log(1.))),
                    target);
 }
-// Nearly along the curve: the angle between 1e-4 and 0.3.
+// Aims nearly along the curve: the angle between 1e-4 and 0.3.
 Ray AimAlong(Random *random, const Vector3d &target, double, const Vector3d &t) {
     const double angle = std::exp((*random)(std::log(1e-4), std::log(0.3)));
     return AimFrom(target - Normalize(t + random->Direction() * angle) * (*random)(0.1, 3.), target);
@@ -197,8 +199,9 @@ const Case kCases[] = {
      AimFromAround},
 };
 
-// How sharply the oracle's answer must stand for a ray to be judged. A ray that passes the edge of a curve within
-// kEdge of half its width, or an end of a segment within kEnd in u, is on the border: either answer is right there.
+// How sharply the oracle's answer must stand for a ray to be judged. A ray that passes the edge of a curve
+// within kEdge of half its width, or an end of a segment within kEnd in u, is on the border: either answer is
+// right there.
 constexpr Real kEdge = 1e-6L, kEnd = 5e-6L;
 
 struct Tally {
@@ -319,9 +322,8 @@ TEST_P(CurveSetOracle, AgreesWithAllRoots) {
 
 std::vector<const char *> Isas() {
     std::vector<const char *> isas;
-    for (const char *isa : {"sse2", "avx2", "avx512"})
-        if (CurveSetIsaSupported(isa))
-            isas.push_back(isa);
+    for (const InstructionSet isa : SupportedIsas())
+        isas.push_back(IsaName(isa));
     return isas;
 }
 INSTANTIATE_TEST_SUITE_P(Isas, CurveSetOracle,

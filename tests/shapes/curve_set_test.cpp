@@ -2,11 +2,11 @@
 #include "core/parallel.h"
 #include "core/sampling.h"
 #include "shapes/curve.h"
+#include "shapes/curve_capsule.h"
 #include "shapes/curve_set.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 
 namespace cuticle {
@@ -113,8 +113,8 @@ TEST(CurveSet, ManyIdenticalCurvesBuild) {
     EXPECT_GT(hits, 20u);
 }
 
-// Splits by place part few curves from the rest here, again and again; the depth must stay bounded. Each curve stands alone
-// in its direction from the origin, at a distance that may be any.
+// Splits by place part few curves from the rest here, again and again; the depth must stay bounded. Each
+// curve stands alone in its direction from the origin, at a distance that may be any.
 TEST(CurveSet, CurvesOfEveryScaleAreMet) {
     Random random(6);
     std::vector<CurveSegment> segments;
@@ -256,24 +256,6 @@ TEST(CurveSet, AnUnknownInstructionSetIsAnError) {
     CurveSetOptions options;
     options.isa = "mmx";
     EXPECT_THROW(CurveSet(Tuft(1), {}, {}, options), Error);
-    const char *before = std::getenv("CUTICLE_ISA");
-    const std::string saved = before ? before : "";
-    setenv("CUTICLE_ISA", "sse3", 1);
-    EXPECT_THROW(CurveSetIsa(), Error);
-    setenv("CUTICLE_ISA", "sse2", 1);
-    EXPECT_STREQ(CurveSetIsa(), "sse2");
-    for (const char *isa : {"avx2", "avx512"}) {
-        setenv("CUTICLE_ISA", isa, 1);
-        if (CurveSetIsaSupported(isa)) {
-            EXPECT_STREQ(CurveSetIsa(), isa);
-        } else {
-            EXPECT_THROW(CurveSetIsa(), Error);
-        }
-    }
-    if (before)
-        setenv("CUTICLE_ISA", saved.c_str(), 1);
-    else
-        unsetenv("CUTICLE_ISA");
 }
 
 // A ray that crosses a strand at a joint of two segments with a common tangent meets one or the other.

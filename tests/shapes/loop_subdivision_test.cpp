@@ -1,5 +1,5 @@
-// Laws of subdivision: limit points do not depend on the level at which they are asked for, a symmetric mesh stays
-// symmetric, normals are those of the surface, the boundary is a curve of its own.
+// Laws of subdivision: limit points do not depend on the level at which they are asked for, a symmetric mesh
+// stays symmetric, normals are those of the surface, the boundary is a curve of its own.
 #include "shapes/loop_subdivision.h"
 
 #include "core/error.h"
@@ -23,7 +23,8 @@ TriangleMesh Tetrahedron() {
     m.indices = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
     return m;
 }
-// An open mesh with vertices of valence 2 to 8 on its boundary and a hole: a bumpy grid, of which some faces are left out.
+// An open mesh with vertices of valence 2 to 8 on its boundary and a hole: a bumpy grid, of which some faces
+// are left out.
 TriangleMesh Sheet() {
     TriangleMesh m;
     constexpr uint32_t n = 6;
@@ -91,8 +92,8 @@ TEST(LoopSubdivision, LimitPointsAndNormalsDoNotDependOnTheLevel) {
     }
 }
 
-// The areas of successive levels converge, with a quarter of the error left at each; the normals are those of the faces
-// around them, in the limit, turned to pbrt-v3's side.
+// The areas of successive levels converge, with a quarter of the error left at each; the normals are those of
+// the faces around them, in the limit, turned to pbrt-v3's side.
 TEST(LoopSubdivision, AreasConvergeAndNormalsStandOnTheSurface) {
     for (const TriangleMesh &control : {Octahedron(), Tetrahedron()}) {
         double areas[7];
@@ -115,14 +116,15 @@ TEST(LoopSubdivision, AreasConvergeAndNormalsStandOnTheSurface) {
                     w = std::max(w, Cross(n, ns).Length());
                 }
         }
-        // Worst at the control vertices, where it falls by the ratio of the subdivision matrix's third eigenvalue to its
-        // second, 3/8 + cos(2 pi / n) / 4: 2/3 a level at valence 4, 1/2 at valence 3. A tenth more for the finite level.
+        // Worst at the control vertices, where it falls by the ratio of the subdivision matrix's third
+        // eigenvalue to its second, 3/8 + cos(2 pi / n) / 4: 2/3 a level at valence 4, 1/2 at valence 3. A
+        // tenth more for the finite level.
         const float ratio = control.p.size() == 6 ? 2.f / 3 : 0.5f;
         EXPECT_LT(worst[1], 1.1f * Sqr(ratio) * worst[0]) << worst[0];
     }
 }
 
-// What maps the control mesh onto itself maps the surface onto itself.
+// A map of the control mesh onto itself maps the surface onto itself.
 TEST(LoopSubdivision, AnOctahedronKeepsItsSymmetry) {
     const TriangleMesh m = LoopSubdivide(Octahedron(), 4);
     EXPECT_EQ(m.p.size(), 2 + m.indices.size() / 6); // Euler: V = 2 + F / 2

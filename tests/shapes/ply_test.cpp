@@ -191,7 +191,8 @@ TEST(Ply, AbsurdCountsCostNothing) {
     EXPECT_NE(MessageOf("ply\nformat ascii 1.0\nelement nothing 18446744073709551615\nend_header\n"), "");
 }
 
-// Numbers beyond the range of a double: the small ones are 0, the large ones infinite (and for SolidSet to drop).
+// Numbers beyond the range of a double: the small ones are 0, the large ones infinite (and for SolidSet to
+// drop).
 TEST(Ply, NumbersBeyondADouble) {
     const TriangleMesh mesh = ReadPlyBytes(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"

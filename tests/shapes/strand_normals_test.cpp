@@ -56,8 +56,9 @@ TEST(StrandNormals, AreAcrossAndSmooth) {
         }
 }
 
-// Carried without twist, a frame turns about the tangent by what the curve's shape alone asks for: on a helix of radius
-// 1 and pitch b the principal normal turns back against it by torsion times length, b / sqrt(1 + b^2) a radian.
+// Carried without twist, a frame turns about the tangent by what the curve's shape alone asks for: on a helix
+// of radius 1 and pitch b the principal normal turns back against it by torsion times length, b / sqrt(1 +
+// b^2) a radian.
 TEST(StrandNormals, DoNotTwist) {
     const double pitch = 0.5, turns = 2;
     const std::vector<CurveSegment> helix = Helix(static_cast<float>(pitch), 200, turns);
@@ -86,7 +87,7 @@ TEST(StrandNormals, DifferFromStrandToStrand) {
     double x = 0, y = 0; // of the doubled angle: mean of uniform directions is 0 +- 1/sqrt(n)
     for (size_t i = 0; i < normals.size(); i += 2) {
         EXPECT_NEAR((normals[i] - normals[i + 1]).Length(), 0, 1e-6);
-        const auto a = std::atan2(static_cast<double>(normals[i].z), static_cast<double>(normals[i].x));
+        const auto a = std::atan2(normals[i].z, normals[i].x);
         x += std::cos(2 * a), y += std::sin(2 * a);
     }
     EXPECT_LT(std::hypot(x, y) / 2000, 4 / std::sqrt(2000.));

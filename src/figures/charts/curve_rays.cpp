@@ -3,8 +3,7 @@
 #include "core/clock.h"
 #include "core/sampling.h"
 #include "shapes/curve.h"
-
-#include <embree3/rtcore.h>
+#include "shapes/embree.h"
 
 #include <algorithm>
 #include <cmath>
@@ -118,12 +117,12 @@ static RTCRay MakeRay(const CurveTask &task) {
 }
 
 bool EmbreeCurves::Intersect(const CurveTask &task, CurveHit *hit) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    EmbreeContext context;
+    InitEmbreeContext(&context);
     RTCRayHit query;
     query.ray = MakeRay(task);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_, &context, &query);
+    EmbreeIntersect(scene_, &context, &query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return false;
     *hit = {query.ray.tfar, query.hit.u, 0.5f + 0.5f * query.hit.v, query.hit.primID};
@@ -131,10 +130,10 @@ bool EmbreeCurves::Intersect(const CurveTask &task, CurveHit *hit) const {
 }
 
 bool EmbreeCurves::Occluded(const CurveTask &task) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    EmbreeContext context;
+    InitEmbreeContext(&context);
     RTCRay ray = MakeRay(task);
-    rtcOccluded1(scene_, &context, &ray);
+    EmbreeOccluded(scene_, &context, &ray);
     return ray.tfar < 0;
 }
 

@@ -1,4 +1,5 @@
 // The chart of ways to intersect rays with hair: the paper's recursion, the curve set, Embree's curves.
+#include "core/isa.h"
 #include "figures/charts/charts.h"
 #include "figures/charts/cost.h"
 #include "figures/charts/curve_rays.h"
@@ -42,14 +43,13 @@ std::vector<Intersector> IntersectorsOf(const std::vector<CurveSegment> &segment
     const std::vector<CurveType> types = {CurveType::Flat};
     const std::unordered_map<uint32_t, RibbonNormals> noNormals;
     std::vector<Intersector> all;
-    for (const char *isa : {"avx512", "avx2", "sse2"})
-        if (CurveSetIsaSupported(isa)) {
-            CurveSetOptions set;
-            set.isa = isa;
-            const auto tree = std::make_shared<const CurveSet>(segments, types, noNormals, set);
-            all.push_back(OurTree(std::string("curve set, ") + isa, Set, tree));
-            *widest = *widest ? *widest : tree;
-        }
+    for (const InstructionSet isa : SupportedIsas()) {
+        CurveSetOptions set;
+        set.isa = IsaName(isa);
+        const auto tree = std::make_shared<const CurveSet>(segments, types, noNormals, set);
+        all.push_back(OurTree("curve set, " + set.isa, Set, tree));
+        *widest = *widest ? *widest : tree;
+    }
     const auto recursion = [&](const std::string &name, int splitDepth, int maxDepth) {
         all.push_back(OurTree(
             "recursion, " + name, Recursion,

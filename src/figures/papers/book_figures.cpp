@@ -4,7 +4,7 @@
 #include "fibers/hair.h"
 #include "figures/papers/paper_figures.h"
 #include "figures/papers/sheet.h"
-#include "shapes/curve_set.h"
+#include "shapes/curve_capsule.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,56 @@
+//> Declare the tree over pieces of curves
+#pragma once
+
+#include "core/vecmath.h"
+#include "shapes/curve_set_kernel.h"
+
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+namespace cuticle {
+
+//> Bound by boxes, four floats at a time
+// Four floats as one register: x, y, z and a place for a number.
+typedef float Float4 __attribute__((vector_size(16)));
+
+// A box is empty until it is extended.
+struct PieceBox {
+    Float4 lo{Infinity, Infinity, Infinity, Infinity}, hi{-Infinity, -Infinity, -Infinity, -Infinity};
+    void Extend(const Float4 &l, const Float4 &h) {
+#ifdef __SSE2__
+        lo = _mm_min_ps(lo, l); // one instruction, where g++ 12 makes four of a comparison
+        hi = _mm_max_ps(hi, h);
+#else
+        lo = lo < l ? lo : l;
+        hi = hi > h ? hi : h;
+#endif
+    }
+    void Extend(const PieceBox &b) { Extend(b.lo, b.hi); }
+    // Half the surface; 0 for an empty box.
+    float Area() const {
+        const Float4 d = hi - lo;
+        return d[0] >= 0 ? d[0] * d[1] + d[1] * d[2] + d[2] * d[0] : 0;
+    }
+};
+// A piece of curve while the tree is built: its box, and in the fourth place of lo its number.
+struct PieceReference {
+    Float4 lo, hi;
+    uint32_t Piece() const { return std::bit_cast<uint32_t>(lo[3]); }
+    Float4 Center() const { return lo + hi; } // twice the centre
+};
+//<
+
+//> Declare the build of the tree
+// Returns the nodes of a tree over the references, one or more, which it puts in order; [0] is the root. In a
+// leaf, the place of its data is for now the index of its first reference. The tree is the same for any
+// number of threads.
+std::vector<curve_kernel::CurveNode> BuildCurveTree(std::vector<PieceReference> *references);
+//<
+
+} // namespace cuticle
+//<
