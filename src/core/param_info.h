@@ -25,4 +25,14 @@ struct ParamInfo {
         {}; // of a string: the names that it may be, the default first
 };
 
+// The row of a string that is one of `choices`. defaultValue "": the first of them.
+constexpr ParamInfo ChoiceParam(std::string_view name, std::span<const std::string_view> choices,
+                                std::string_view meaning, std::string_view defaultValue = "") {
+    ParamInfo info{name, "string", "", defaultValue, meaning};
+    info.choices = choices;
+    if (defaultValue.empty() && !choices.empty())
+        info.defaultValue = choices.front();
+    return info;
+}
+
 } // namespace cuticle

@@ -1,4 +1,4 @@
-// Where a ray met the scene: what materials, lights and the integrator need to know of the place.
+// SurfaceInteraction: the point where a ray met the scene, as materials, lights and integrators need it.
 #pragma once
 
 #include "core/color.h"
@@ -11,26 +11,40 @@ namespace cuticle {
 
 class Material;
 
-// Of a strand that has colours of its own: linear RGB at u = 0 and u = 1 of one curve segment, linear between.
+// The colours of one curve segment of a strand that has its own: linear RGB at u = 0 and u = 1, linear
+// between.
 using StrandColors = std::array<Spectrum, 2>;
 
-struct SurfaceInteraction {
+// A point where a texture is looked up: in world space, with the surface's (u, v) there, and on a strand
+// that has colours of its own those of its segment.
+struct TexturePoint {
     Point3f p;
-    Vector3f pError;                    // bound of the rounding error of p, per axis (solids)
-    Normal3f n;                         // geometric, unit length
-    Vector3f wo;                        // unit, away from the surface, towards where the ray came from
-    Frame shading;                      // x along dpdu (of a fiber: root to tip), z the shading normal
-    Vector3f dpdu, dpdv;                // of a solid, for bump maps
-    Point2f uv;                         // of a curve: v across it, so that h = -1 + 2v
-    float t = 0;                        // along the ray that found it
-    const Material *material = nullptr; // nullptr: pbrt's material "", which light passes
-    int light = -1;                     // of an emitter: index of its light in the scene
-    bool isCurve = false;
-    CurveOrigin curveOrigin;                    // of a curve: tells a new ray what it starts on
-    const StrandColors *strandColors = nullptr; // of a curve whose strand has colours
-    Vector3f strandNormal;                      // of a curve whose material asks: see MakeStrandNormals
-    uint32_t geometryId = 0, primId = 0;        // of a solid: see SolidHit
-    int instance = -1;                          // of an object: which; -1: none, the world's own shapes
+    Point2f uv;
+    const StrandColors *strandColors = nullptr;
 };
+
+// Some members are of solids (meshes and quadrics) or of curves only; the others are set for both.
+struct SurfaceInteraction {
+    Point3f p;                          // world space
+    Vector3f pError;                    // bound of the rounding error of p, per axis
+    Normal3f n;                         // geometric, unit length
+    Vector3f wo;                        // unit length, from p towards the ray's origin
+    Frame shading;                      // x along dpdu (fibers: root to tip), z the shading normal
+    Vector3f dpdu, dpdv;                // solids: for bump maps
+    Point2f uv;                         // curves: v across it, so that h = -1 + 2v
+    float t = 0;                        // distance along the ray
+    const Material *material = nullptr; // nullptr: pbrt's material "", which light passes
+    int light = -1;                     // index of the emitter's light in the scene; -1: none
+    bool isCurve = false;
+    CurveOrigin curveOrigin; // curves: tells a ray that leaves p what it starts on
+    const StrandColors *strandColors =
+        nullptr;                         // curves: of a strand that has colours of its own, else nullptr
+    Vector3f strandNormal;               // curves: set where the material asks, see MakeStrandNormals
+    uint32_t geometryId = 0, primId = 0; // solids: see SolidHit
+    int instance = -1;                   // index of the instance that was hit; -1: the world's own shapes
+};
+
+// The point at which textures of a hit are looked up.
+inline TexturePoint TexturePointOf(const SurfaceInteraction &si) { return {si.p, si.uv, si.strandColors}; }
 
 } // namespace cuticle

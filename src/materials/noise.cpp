@@ -41,8 +41,8 @@ static_assert(
 
 uint32_t Permute(uint32_t i) { return kPermutation[i & 255]; }
 
-// The gradient of a lattice point times the offset from it: one of the twelve vectors from a cube's centre to its edges,
-// four of them twice so that the hash is a mask.
+// The gradient of a lattice point times the offset from it: one of the twelve vectors from a cube's centre
+// to its edges, four of them twice so that the hash is a mask.
 float Gradient(uint32_t hash, float dx, float dy, float dz) {
     const uint32_t h = hash & 15;
     const float u = h < 8 || h == 12 || h == 13 ? dx : dy;
@@ -53,10 +53,10 @@ float Gradient(uint32_t hash, float dx, float dy, float dz) {
 // 6 t^5 - 15 t^4 + 10 t^3, whose first and second derivatives vanish at 0 and 1.
 float Fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 
-// One coordinate's lattice cell, modulo 256, and the place within it. The remainder is taken before the conversion to an
-// integer, which a large coordinate would not fit.
-struct Cell {
-    explicit Cell(float x)
+// One coordinate's lattice cell, modulo 256, and the place within it. The remainder is taken before the
+// conversion to an integer, which a large coordinate would not fit.
+struct LatticeCell {
+    explicit LatticeCell(float x)
         : offset(x - std::floor(x)), weight(Fade(offset)),
           index(static_cast<uint32_t>(static_cast<int32_t>(std::fmod(std::floor(x), 256.f)) + 256)) {}
     float offset, weight;
@@ -76,7 +76,7 @@ float SumOfOctaves(const Point3f &p, float omega, int octaves, const Octave &oct
 float Noise(const Point3f &p) {
     if (!IsFinite(p))
         return std::numeric_limits<float>::quiet_NaN();
-    const Cell x(p.x), y(p.y), z(p.z);
+    const LatticeCell x(p.x), y(p.y), z(p.z);
     // Interpolate along x, then y, then z
     const auto edge = [&](uint32_t j, uint32_t k) {
         const auto corner = [&](uint32_t i) {

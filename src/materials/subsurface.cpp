@@ -6,12 +6,12 @@ namespace cuticle {
 
 namespace {
 
-struct Named {
+struct NamedMedium {
     std::string_view name;
     Spectrum reducedSigmaS, sigmaA;
 };
 
-constexpr Named kMedia[] = {
+constexpr NamedMedium kMedia[] = {
     // Jensen, Marschner, Levoy and Hanrahan 2001, figure 5
     {"Apple", {2.29f, 2.39f, 1.97f}, {0.0030f, 0.0034f, 0.046f}},
     {"Chicken1", {0.15f, 0.21f, 0.38f}, {0.015f, 0.077f, 0.19f}},
@@ -65,8 +65,8 @@ constexpr Named kMedia[] = {
      {0.031845f, 0.031324f, 0.030147f}},
 };
 
-// The mean reflectance that diffuse light meets at the boundary from inside: the polynomials of Egan and Hilgeman that
-// Jensen et al. use.
+// The mean reflectance that diffuse light meets at the boundary from inside: the polynomials of Egan and
+// Hilgeman that Jensen et al. use.
 float DiffuseFresnel(float eta) {
     return eta >= 1 ? -1.440f / (eta * eta) + 0.710f / eta + 0.668f + 0.0636f * eta
                     : -0.4399f + 0.7099f / eta - 0.3319f / (eta * eta) + 0.0636f / (eta * eta * eta);
@@ -75,7 +75,7 @@ float DiffuseFresnel(float eta) {
 } // namespace
 
 std::optional<ScatteringMedium> FindScatteringMedium(std::string_view name) {
-    for (const Named &m : kMedia)
+    for (const NamedMedium &m : kMedia)
         if (m.name == name)
             return ScatteringMedium{m.sigmaA, m.reducedSigmaS};
     return {};

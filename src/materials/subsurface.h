@@ -1,4 +1,5 @@
-// What light finds inside materials that it enters: measured media, and how much comes back out of a deep body of one.
+// Measured scattering media, and the reflectance of a deep body of one: what stands in for subsurface
+// scattering.
 #pragma once
 
 #include "core/color.h"
@@ -12,11 +13,12 @@ namespace cuticle {
 struct ScatteringMedium {
     Spectrum sigmaA, reducedSigmaS;
 };
-// By pbrt-v3's names ("Skin1", "Wholemilk"); nothing for any other.
+// The medium of pbrt-v3's name ("Skin1", "Wholemilk"); nothing for any other.
 std::optional<ScatteringMedium> FindScatteringMedium(std::string_view name);
 
-// The fraction of diffuse light that a half space reflects, by the dipole of Jensen et al. 2001 (the integral of its
-// equation 4). reducedAlbedo = sigma_s' / (sigma_s' + sigma_a), clamped to [0, 1]; eta > 0: the index of the body.
+// The fraction of diffuse light that a half space reflects, by the dipole of Jensen et al. 2001 (the
+// integral of its equation 4). reducedAlbedo = sigma_s' / (sigma_s' + sigma_a), clamped to [0, 1]; eta > 0:
+// the index of the body.
 float DipoleReflectance(float reducedAlbedo, float eta);
 
 } // namespace cuticle

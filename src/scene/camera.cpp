@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/sampling.h"
 #include "files/file.h"
+#include "scene/plugins.h"
 
 #include <sstream>
 
@@ -12,11 +13,12 @@ namespace {
 
 constexpr double kNearPlane = 1e-2, kFarPlane = 1000;
 
-// --- the stand-in for a camera of lens elements -------------------------------------------------------------------
+// --- the stand-in for a camera of lens elements -------------------------------------------------------
 
-// The focal length in mm of the lens system in a file of pbrt-v3: rows of radius of curvature, thickness, index of
-// refraction (0: air) and aperture, from the front; # begins a comment. By a ray near the axis: at a surface n u changes
-// by -y (n' - n) / R, across a gap y by its thickness times u. 0 if the file cannot be read or does not collect light.
+// The focal length in mm of the lens system in a file of pbrt-v3: rows of radius of curvature, thickness,
+// index of refraction (0: air) and aperture, from the front; # begins a comment. Traces a ray near the axis:
+// at a surface n u changes by -y (n' - n) / R, across a gap y by its thickness times u. 0 if the file cannot
+// be read or does not collect light.
 float FocalLength(const std::string &filename) {
     std::istringstream file;
     try {
@@ -52,13 +54,102 @@ void ReadRealistic(const ParamSet &params, Point2i resolution, float filmDiagona
     params.FindBool("simpleweighting", true);
     const float w = static_cast<float>(resolution.x), h = static_cast<float>(resolution.y);
     c->fov = Degrees(2 * std::atan(0.5f * filmDiagonal * std::min(w, h) / std::hypot(w, h) / f));
-    Warning(params.loc, "camera not rendered",
-            "camera \"realistic\" is not rendered; a perspective camera with a thin lens of " +
-                std::to_string(static_cast<int>(std::lround(f))) + " mm takes its place" +
-                (found > 0      ? ", as long as that of \"" + file + "\""
-                 : file.empty() ? " (it has no \"lensfile\")"
-                                : " (no focal length could be found in \"" + file + "\")"));
+    const std::string source = found > 0 ? fmt::format(", as long as that of \"{}\"", file)
+                               : file.empty()
+                                   ? " (it has no \"lensfile\")"
+                                   : fmt::format(" (no focal length could be found in \"{}\")", file);
+    Warning(
+        params.loc, "camera not rendered",
+        fmt::format(
+            "camera \"realistic\" is not rendered; a perspective camera with a thin lens of {} mm takes its "
+            "place{}",
+            std::lround(f), source));
 }
+
+// --- reading parameters -------------------------------------------------------------------------------
+
+// Reads the screen window, whose shorter axis spans -1 to 1 unless "screenwindow" gives all of it.
+void ReadScreenWindow(const ParamSet &params, Point2i resolution, CameraParameters *c) {
+    const float aspect = params.FindFloat("frameaspectratio", static_cast<float>(resolution.x) /
+                                                                  static_cast<float>(resolution.y));
+    // Comparisons are written so that NaN fails them.
+    if (!(aspect > 0 && aspect < Infinity))
+        throw Error(params.loc, "camera: frameaspectratio must be above 0");
+    const float sx = aspect > 1 ? aspect : 1, sy = aspect > 1 ? 1 : 1 / aspect;
+    float *w = c->screenWindow;
+    w[0] = -sx, w[1] = sx, w[2] = -sy, w[3] = sy;
+    if (const std::vector<float> given = params.FindFloats("screenwindow"); !given.empty()) {
+        if (given.size() != 4)
+            throw Error(params.loc, "camera: screenwindow needs four values (x0 x1 y0 y1), not {}",
+                        given.size());
+        std::copy(given.begin(), given.end(), w);
+    }
+}
+
+// Error where numbers are too large or too small for binary32, so that rays have no direction.
+void CheckRays(const Camera &camera, Point2i resolution, const FileLoc &loc) {
+    const auto isUnit = [](const Vector3f &d) { return std::abs(d.LengthSquared() - 1) < 1e-3f; };
+    const Point2f corner(static_cast<float>(resolution.x), static_cast<float>(resolution.y));
+    for (const Point2f p : {Point2f(0, 0), Point2f(corner.x, 0), Point2f(0, corner.y), corner})
+        for (const Point2f lens :
+             {Point2f(0, 0.5f), Point2f(0.5f, 0), Point2f(OneMinusEpsilon, OneMinusEpsilon)})
+            if (const Ray ray = camera.GenerateRay(p, lens); !IsFinite(ray.o) || !isUnit(ray.d))
+                throw Error(loc, "the camera's rays are out of range (its fov, screenwindow, lensradius, "
+                                 "focaldistance or transformation is extreme)");
+}
+
+// --- the table of cameras -----------------------------------------------------------------------------
+
+constexpr ParamInfo kAspect{"frameaspectratio", "float", "", "the film's",
+                            "width over height of the screen window"};
+constexpr ParamInfo kScreenWindow{"screenwindow", "floats", "", "from frameaspectratio",
+                                  "x0 x1 y0 y1; the shorter axis from -1 to 1 where it is not given"};
+constexpr ParamInfo kShutterOpen{"shutteropen", "float", "s", "0", "no effect: nothing moves"};
+constexpr ParamInfo kShutterClose{"shutterclose", "float", "s", "1", "no effect: nothing moves"};
+constexpr ParamInfo kLensRadius{
+    "lensradius", "float", "camera units", "0", "radius of a thin lens; 0: a pinhole", 0};
+constexpr ParamInfo kFocalDistance{
+    "focaldistance", "float", "camera units", "1e6", "distance of the plane in focus", 0};
+constexpr ParamInfo kPerspectiveParams[] = {
+    {"fov", "float", "degrees", "90", "angle over the shorter axis of the screen window", 0, 180},
+    {"halffov", "float", "degrees", "", "half of fov, instead of it", 0, 90},
+    kLensRadius,
+    kFocalDistance,
+    kAspect,
+    kScreenWindow,
+    kShutterOpen,
+    kShutterClose,
+};
+constexpr ParamInfo kOrthographicParams[] = {
+    kLensRadius, kFocalDistance, kAspect, kScreenWindow, kShutterOpen, kShutterClose,
+};
+constexpr ParamInfo kEnvironmentParams[] = {
+    {"lensradius", "float", "camera units", "0", "no effect"},
+    {"focaldistance", "float", "camera units", "1e6", "no effect"},
+    {"frameaspectratio", "float", "", "the film's", "no effect"},
+    {"screenwindow", "floats", "", "", "no effect"},
+    kShutterOpen,
+    kShutterClose,
+};
+constexpr ParamInfo kRealisticParams[] = {
+    {"lensfile", "string", "", "", "rows of radius of curvature, thickness, index and aperture, in mm"},
+    {"aperturediameter", "float", "mm", "1", "diameter of the lens"},
+    {"focusdistance", "float", "lengths of the scene", "10", "distance of the plane in focus"},
+    {"simpleweighting", "bool", "", "true", "no effect"},
+    kAspect,
+    kScreenWindow,
+    kShutterOpen,
+    kShutterClose,
+};
+
+// To add a camera: a row here, a Projection, its rays in Camera::GenerateRay, and how MakeCamera reads it.
+constexpr PluginInfo kCameras[] = {
+    {"perspective", kPerspectiveParams, "a pinhole or thin lens"},
+    {"orthographic", kOrthographicParams, "parallel rays, with a thin lens for each"},
+    {"environment", kEnvironmentParams, "the whole sphere around a point"},
+    {"realistic", kRealisticParams, "a system of lenses",
+     "a perspective camera with a thin lens of the same focal length"},
+};
 
 } // namespace
 
@@ -73,13 +164,12 @@ Camera::Camera(const Transform &worldToCamera, const CameraParameters &parameter
     }
     double scale = 1; // from the screen window to the film plane
     if (parameters.projection == Projection::Perspective) {
-        cameraToScreen_ = Transform::Perspective(static_cast<double>(parameters.fov), kNearPlane, kFarPlane);
-        scale = std::tan(static_cast<double>(parameters.fov) * kPi<double> / 360);
+        cameraToScreen_ = Transform::Perspective(double{parameters.fov}, kNearPlane, kFarPlane);
+        scale = std::tan(double{parameters.fov} * kPi<double> / 360);
     }
     // Raster coordinates run right and down from the window's upper left corner.
     const float *w = parameters.screenWindow;
-    const double x0 = static_cast<double>(w[0]), x1 = static_cast<double>(w[1]);
-    const double y0 = static_cast<double>(w[2]), y1 = static_cast<double>(w[3]);
+    const double x0{w[0]}, x1{w[1]}, y0{w[2]}, y1{w[3]};
     x0_ = scale * x0;
     y0_ = scale * y1;
     dx_ = scale * (x1 - x0) / resolution.x;
@@ -90,7 +180,7 @@ Camera::Camera(const Transform &worldToCamera, const CameraParameters &parameter
 }
 
 Ray Camera::GenerateRay(Point2f pFilm, Point2f uLens) const {
-    const double x = x0_ + dx_ * static_cast<double>(pFilm.x), y = y0_ + dy_ * static_cast<double>(pFilm.y);
+    const double x = x0_ + dx_ * double{pFilm.x}, y = y0_ + dy_ * double{pFilm.y};
     Point3f origin;
     Vector3f direction;
     switch (parameters_.projection) {
@@ -133,15 +223,24 @@ float Camera::PixelAngle() const {
     return static_cast<float>(std::max(std::abs(dx_), std::abs(dy_)));
 }
 
+const PluginTable &CameraPlugins() {
+    static const PluginTable table{PluginKind::Camera,
+                                   {std::begin(kCameras), std::end(kCameras)},
+                                   {"spherical"},
+                                   {},
+                                   "the first two with a thin lens"};
+    return table;
+}
+
 Camera MakeCamera(const Entity &entity, Point2i resolution, float filmDiagonal) {
-    constexpr std::string_view kNames[] = {"perspective", "orthographic", "environment", "realistic"};
     const ParamSet &params = entity.params;
-    if (std::find(std::begin(kNames), std::end(kNames), entity.type) == std::end(kNames))
-        throw Error(params.loc, "unknown camera \"" + entity.type + "\". " +
-                                    Suggestion(entity.type, kNames, std::size(kNames)));
+    if (!CameraPlugins().Find(entity.type)) {
+        const std::vector<std::string_view> names = CameraPlugins().Names();
+        throw Error(params.loc, "unknown camera \"{}\"", entity.type)
+            .WithRemedy(Suggestion(entity.type, names.data(), names.size()));
+    }
     if (resolution.x <= 0 || resolution.y <= 0)
-        throw Error(params.loc, "the film has no pixels (" + std::to_string(resolution.x) + " x " +
-                                    std::to_string(resolution.y) + ")");
+        throw Error(params.loc, "the film has no pixels ({} x {})", resolution.x, resolution.y);
     CameraParameters c;
     // The shutter is read so that it does not count as unused; nothing moves while it is open.
     params.FindFloat("shutteropen", 0);
@@ -161,28 +260,14 @@ Camera MakeCamera(const Entity &entity, Point2i resolution, float filmDiagonal) 
         if (const float half = params.FindFloat("halffov", -1); half > 0)
             c.fov = 2 * half;
     }
-    const float aspect = params.FindFloat("frameaspectratio", static_cast<float>(resolution.x) /
-                                                                  static_cast<float>(resolution.y));
-    // Comparisons are written so that NaN fails them.
-    if (!(aspect > 0 && aspect < Infinity))
-        throw Error(params.loc, "camera: frameaspectratio must be above 0");
+    ReadScreenWindow(params, resolution, &c);
     if (!(c.fov > 0 && c.fov < 180))
-        throw Error(params.loc,
-                    "camera: fov must be between 0 and 180 degrees, not " + std::to_string(c.fov));
+        throw Error(params.loc, "camera: fov must be between 0 and 180 degrees, not {:f}", c.fov);
     if (!(c.lensRadius >= 0 && c.lensRadius < Infinity))
         throw Error(params.loc, "camera: lensradius must be 0 or more");
     if (!(c.focalDistance > 0))
         throw Error(params.loc, "camera: focaldistance must be above 0");
-    // The shorter axis spans -1 to 1.
-    const float sx = aspect > 1 ? aspect : 1, sy = aspect > 1 ? 1 : 1 / aspect;
-    float *w = c.screenWindow;
-    w[0] = -sx, w[1] = sx, w[2] = -sy, w[3] = sy;
-    if (const std::vector<float> given = params.FindFloats("screenwindow"); !given.empty()) {
-        if (given.size() != 4)
-            throw Error(params.loc, "camera: screenwindow needs four values (x0 x1 y0 y1), not " +
-                                        std::to_string(given.size()));
-        std::copy(given.begin(), given.end(), w);
-    }
+    const float *w = c.screenWindow;
     if (!(std::abs(w[1] - w[0]) > 0 && std::abs(w[3] - w[2]) > 0 && std::abs(w[1] - w[0]) < Infinity &&
           std::abs(w[3] - w[2]) < Infinity))
         throw Error(params.loc, "camera: screenwindow has no area");
@@ -190,18 +275,9 @@ Camera MakeCamera(const Entity &entity, Point2i resolution, float filmDiagonal) 
         throw Error(params.loc,
                     "the camera's transformation has no inverse (a LookAt whose eye is its target, or "
                     "whose up points along the view?)");
-    params.ReportUnused("Camera \"" + entity.type + "\"");
+    params.ReportUnused(fmt::format("Camera \"{}\"", entity.type));
     Camera camera(entity.ctm, c, resolution);
-    // Where numbers are too large or too small for binary32, rays have no direction
-    const auto isUnit = [](const Vector3f &d) { return std::abs(d.LengthSquared() - 1) < 1e-3f; };
-    const Point2f corner(static_cast<float>(resolution.x), static_cast<float>(resolution.y));
-    for (const Point2f p : {Point2f(0, 0), Point2f(corner.x, 0), Point2f(0, corner.y), corner})
-        for (const Point2f lens :
-             {Point2f(0, 0.5f), Point2f(0.5f, 0), Point2f(OneMinusEpsilon, OneMinusEpsilon)})
-            if (const Ray ray = camera.GenerateRay(p, lens); !IsFinite(ray.o) || !isUnit(ray.d))
-                throw Error(params.loc,
-                            "the camera's rays are out of range (its fov, screenwindow, lensradius, "
-                            "focaldistance or transformation is extreme)");
+    CheckRays(camera, resolution, params.loc);
     return camera;
 }
 

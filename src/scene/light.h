@@ -1,6 +1,7 @@
 // The lights of a scene, and the choice among them.
 #pragma once
 
+#include "core/check.h"
 #include "core/color.h"
 #include "parser/scene_description.h"
 #include "shapes/solid_set.h"
@@ -16,23 +17,25 @@ namespace cuticle {
 struct LightSample {
     Vector3f wi;   // of unit length, from the reference point toward the light
     float pdf = 0; // per steradian; 1 for delta lights (L then carries the falloff)
-    float distance =
-        0;      // free way needed; ends just short of an emitter's own surface; Infinity for far lights
-    Spectrum L; // radiance, or intensity / distance^2, or irradiance on a plane across wi
+    // The length of the way that must be free; ends just short of an emitter's own surface. Infinity for far
+    // lights.
+    float distance = 0;
+    Spectrum L;         // radiance, or intensity / distance^2, or irradiance on a plane across wi
     bool delta = false; // no other strategy can find this direction: no MIS
 };
 
 class Light {
   public:
     virtual ~Light() = default;
-    // u in [0,1)^2. False if the light sends nothing to ref (then *sample is not to be used).
+    // Samples a direction toward the light. u in [0,1)^2. False if the light sends nothing to ref (then
+    // *sample is not to be used).
     virtual bool Sample_Li(const Point3f &ref, const Point2f &u, LightSample *sample) const = 0;
     // The density per steradian of Sample_Li from ref at wi (unit length), for rays that leave the scene:
     // infinite lights only, 0 for the others. For emitters that rays hit see DiffuseAreaLight::Pdf_Li.
     virtual float Pdf_Li(const Point3f & /*ref*/, const Vector3f & /*wi*/) const { return 0; }
     // Radiance along a ray that leaves the scene; its direction need not be of unit length.
     virtual Spectrum Le(const Ray & /*ray*/) const { return Spectrum(0.f); }
-    // Watts, for far lights through the bounding sphere of the scene.
+    // The power in watts; of far lights the part that passes the bounding sphere of the scene.
     virtual Spectrum Power() const = 0;
     virtual bool IsDelta() const { return false; }
     virtual bool IsInfinite() const { return false; } // Le may be other than 0
@@ -44,8 +47,8 @@ class Light {
     int samples_ = 1;
 };
 
-// Emits L from the side its normal points to, or from both (twosided), over one geometry of a SolidSet, which
-// must outlive it.
+// Emits L from the side its normal points to, or from both (twoSided), over one geometry of a SolidSet,
+// which must outlive it.
 class DiffuseAreaLight : public Light {
   public:
     DiffuseAreaLight(const Spectrum &L, bool twoSided, const SolidSet *solids, uint32_t geometryId);
@@ -66,27 +69,29 @@ class DiffuseAreaLight : public Light {
     uint32_t geometryId_;
 };
 
-// LightSource directives: infinite (exinfinite), distant, point, spot, goniometric, projection. An unknown name and a map
-// that cannot be used are an Error.
-// worldBound: of all shapes and curves. Values below 0 or NaN are set to 0 with a Warning that says where.
+// Makes the light of a LightSource directive. worldBound: of all shapes and curves. An unknown name and a
+// map that cannot be used are an Error. Values below 0 or NaN are set to 0 with a Warning that says where.
 std::unique_ptr<Light> MakeLight(const LightEntity &entity, const Bounds3f &worldBound);
-// AreaLightSource directives: diffuse (area).
+// Makes the light of an AreaLightSource directive over one geometry of solids, which must outlive it.
 std::unique_ptr<DiffuseAreaLight> MakeAreaLight(const Entity &entity, const SolidSet *solids,
                                                 uint32_t geometryId);
 
 // Chooses one light at random: nine times in ten by power (CIE Y), else evenly among those that are not
-// black, since power says little about what reaches a point.
+// black, since power says little about the light that reaches a point.
 class LightSampler {
   public:
     LightSampler() = default;
     explicit LightSampler(const std::vector<const Light *> &lights);
-    // An index into lights, with its probability; -1 if all are black or there are none. u in [0,1);
+    // Chooses an index into lights, with its probability; -1 if all are black or there are none. u in [0,1);
     // *uRemapped (if given) is uniform again.
     int Sample(float u, float *probability, float *uRemapped = nullptr) const;
-    float Probability(int light) const { return probability_[static_cast<size_t>(light)]; }
+    float Probability(size_t light) const {
+        DCHECK_LT(light, probability_.size());
+        return probability_[light];
+    }
 
   private:
-    std::vector<float> probability_, cdf_; // cdf_[i]: of lights before i
+    std::vector<float> probability_, cdf_; // cdf_[i]: the sum over lights before i
 };
 
 } // namespace cuticle

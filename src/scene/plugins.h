@@ -5,10 +5,10 @@
 
 namespace cuticle {
 
-const PluginTable &CameraPlugins();
-const PluginTable &ShapePlugins();
-const PluginTable &LightPlugins();
-const PluginTable &AreaLightPlugins();
-const PluginTable &MediumPlugins();
+const PluginTable &CameraPlugins();    // in camera.cpp
+const PluginTable &ShapePlugins();     // in shape_makers.cpp
+const PluginTable &LightPlugins();     // in light.cpp
+const PluginTable &AreaLightPlugins(); // in light.cpp
+const PluginTable &MediumPlugins();    // in plugins.cpp
 
 } // namespace cuticle

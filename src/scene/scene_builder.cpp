@@ -1,0 +1,313 @@
+#include "scene/scene.h"
+
+#include "core/check.h"
+#include "core/error.h"
+#include "grooms/groom.h"
+#include "scene/plugins.h"
+#include "scene/shape_makers.h"
+#include "shapes/strand_normals.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cuticle {
+
+// The state that is needed only while the scene is made.
+class SceneBuilder {
+  public:
+    SceneBuilder(Scene *scene, SceneDescription *description, const SceneOptions &options)
+        : scene_(*scene), description_(*description), options_(options),
+          textures_(description->floatTextures, description->spectrumTextures) {}
+
+    void Build() {
+        for (const MaterialEntity &entity : description_.materials)
+            scene_.materials_.push_back(
+                MakeMaterial(entity, textures_, options_.materials, scene_.materials_));
+        CurvePool curves = std::move(description_.curves);
+        for (const ShapeEntity &shape : description_.shapes)
+            AddShape(shape, &scene_.world_, &curves);
+        std::vector<CurvePool> objectCurves = AddObjects();
+        ListCurveGroups();
+        FinishShapes(std::move(curves), &scene_.world_);
+        for (size_t i = 0; i < objectCurves.size(); ++i)
+            FinishShapes(std::move(objectCurves[i]), scene_.objects_[i].get());
+        PlaceInstances();
+        MakeLights();
+    }
+
+  private:
+    const Material *MaterialOf(const ShapeState &state) const {
+        CHECK_LT(static_cast<size_t>(state.material), scene_.materials_.size());
+        return scene_.materials_[static_cast<size_t>(state.material)].get();
+    }
+
+    const Entity &AreaLightOf(int index) const {
+        CHECK_LT(static_cast<size_t>(index), description_.areaLights.size());
+        return description_.areaLights[static_cast<size_t>(index)];
+    }
+
+    // Adds the solids of each object that is used, once, and returns the objects' curves.
+    std::vector<CurvePool> AddObjects() {
+        std::vector<CurvePool> curves;
+        objectShapes_.resize(description_.objects.size());
+        for (const ObjectUse &use : description_.instances) {
+            const auto i = static_cast<size_t>(use.object);
+            CHECK_LT(i, objectShapes_.size());
+            if (objectShapes_[i])
+                continue;
+            scene_.objects_.push_back(std::make_unique<ShapeGroup>());
+            objectShapes_[i] = scene_.objects_.back().get();
+            ObjectDefinition &object = description_.objects[i];
+            curves.push_back(std::move(object.curves));
+            for (const ShapeEntity &shape : object.shapes)
+                AddShape(shape, objectShapes_[i], &curves.back());
+        }
+        return curves;
+    }
+
+    void PlaceInstances() {
+        for (const ObjectUse &use : description_.instances) {
+            const PlaceScope here(use.loc);
+            const ShapeGroup *shapes = objectShapes_[static_cast<size_t>(use.object)];
+            scene_.instances_.Add(use.instanceToWorld, shapes->Bound());
+            scene_.objectOf_.push_back(shapes);
+        }
+        scene_.instances_.Commit();
+        description_.objects.clear();
+    }
+
+    void AddShape(const ShapeEntity &shape, ShapeGroup *shapes, CurvePool *curves) {
+        const PlaceScope here(shape.params.loc);
+        const PluginRow<ShapeMaker> *row = FindShape(shape.type);
+        if (!row || shape.type == "curve") {
+            const std::vector<std::string_view> names = ShapePlugins().Names();
+            throw Error(shape.params.loc, "unknown shape \"{}\"", shape.type)
+                .WithRemedy(Suggestion(shape.type, names.data(), names.size()));
+        }
+        if (const auto *makeStrands = std::get_if<StrandMaker>(&row->make))
+            AddStrands(shape, (*makeStrands)(shape.params), curves);
+        else if (std::holds_alternative<std::monostate>(row->make))
+            LeaveOut(shape, row->info.standIn);
+        else
+            AddSolid(shape, *row, shapes);
+        shape.params.ReportUnused(fmt::format("Shape \"{}\"", shape.type));
+    }
+
+    // Warns of a shape that is not rendered.
+    static void LeaveOut(const ShapeEntity &shape, std::string_view standIn) {
+        for (const Param &param : shape.params.params)
+            param.used = true;
+        Warning(shape.params.loc, fmt::format("shape \"{}\" is not rendered", shape.type),
+                fmt::format("shape \"{}\" is not rendered; it is {}", shape.type, standIn));
+    }
+
+    void AddSolid(const ShapeEntity &shape, const PluginRow<ShapeMaker> &row, ShapeGroup *shapes) {
+        // Without a material light passes a surface, which is invisible unless it emits
+        const bool visible = MaterialOf(shape.state) != nullptr || shape.state.areaLight >= 0;
+        const auto id = static_cast<uint32_t>(shapes->solidInfos.size());
+        SolidSet *solids = visible ? &shapes->solids : nullptr;
+        uint32_t geometry = 0;
+        if (const auto *addQuadric = std::get_if<QuadricMaker>(&row.make))
+            geometry = (*addQuadric)(shape, solids, id);
+        else
+            geometry = AddMesh(shape, row, solids, id);
+        if (!visible)
+            return;
+        shapes->solidInfos.push_back({MaterialOf(shape.state), -1});
+        if (shape.state.areaLight >= 0 && shapes == &scene_.world_)
+            emitters_.push_back({id, geometry, shape.state.areaLight});
+    }
+
+    // Makes a mesh, and adds it in world space unless solids is null.
+    uint32_t AddMesh(const ShapeEntity &shape, const PluginRow<ShapeMaker> &row, SolidSet *solids,
+                     uint32_t id) const {
+        const Transform &toWorld = shape.objectToWorld;
+        TriangleMesh mesh = std::get<MeshMaker>(row.make)(shape);
+        for (Point3f &v : mesh.p)
+            v = toWorld.Point(v);
+        for (Normal3f &n : mesh.n)
+            n = Normalize(toWorld.Normal(n));
+        SolidSet::MeshAlpha alpha = row.info.FindParam("alpha") ? AlphaOf(shape.params) : nullptr;
+        const bool flip = shape.state.reverseOrientation ^ toWorld.SwapsHandedness();
+        return solids ? solids->AddMesh(std::move(mesh), id, flip, std::move(alpha)) : 0;
+    }
+
+    // Tells where a mesh has holes: an alpha of exactly 0, as in pbrt-v3; "shadowalpha" makes holes for
+    // shadow rays alone. Null where the shape has no such parameter.
+    SolidSet::MeshAlpha AlphaOf(const ParamSet &p) const {
+        if (!p.Find("alpha") && !p.Find("shadowalpha"))
+            return {};
+        return [alpha = textures_.GetFloatTexture(p, "alpha", 1),
+                shadowAlpha = textures_.GetFloatTexture(p, "shadowalpha", 1)](
+                   const Point3f &point, const Point2f &uv, bool shadow) {
+            const TexturePoint at{point, uv};
+            return alpha->Evaluate(at) != 0 && (!shadow || shadowAlpha->Evaluate(at) != 0);
+        };
+    }
+
+    // Turns strands into curve segments of a group of their own.
+    void AddStrands(const ShapeEntity &shape, const StrandShape &strands, CurvePool *curves) {
+        if (!MaterialOf(shape.state))
+            return;
+        const Groom &groom = strands.groom;
+        const Transform &toWorld = shape.objectToWorld;
+        const float widthScale =
+            static_cast<float>(std::cbrt(std::abs(toWorld.Determinant()))) * strands.widthScale;
+        const auto group = static_cast<uint32_t>(description_.curveGroups.size());
+        description_.curveGroups.push_back({CurveType::Flat, shape.state, shape.params.loc});
+        std::vector<CurveSegment> &segments = curves->segments;
+        const size_t added = ExpectedSegments(groom, strands.segments), needed = segments.size() + added;
+        CheckSegmentCount(needed);
+        if (needed > segments.capacity()) // exact for one groom, geometric for many
+            segments.reserve(std::max(needed, segments.size() + segments.size() / 2));
+        Scene::StrandColorRun *colors = groom.hasColor ? &scene_.strandColors_[group] : nullptr;
+        if (colors) {
+            colors->firstSegment = static_cast<uint32_t>(segments.size());
+            if (groom.pointColors.empty())
+                colors->colors.push_back({groom.color, groom.color});
+            else
+                colors->colors.reserve(added);
+        }
+        ForEachSegment(groom, strands.segments, [&](const BezierSegment &piece, size_t strand) {
+            CurveSegment segment;
+            for (size_t i = 0; i < 4; ++i)
+                if (segment.cp[i] = toWorld.Point(piece.cp[i]); !IsWithinReach(segment.cp[i]))
+                    throw Error(shape.params.loc, "a strand is out of range after the transformation: its "
+                                                  "coordinates are beyond 1e18 or not finite");
+            for (size_t i = 0; i < 2; ++i)
+                segment.width[i] = piece.width[i] * widthScale;
+            segment.group = group;
+            segments.push_back(segment);
+            if (!groom.pointColors.empty())
+                colors->colors.push_back(
+                    {groom.Color(strand, piece.at[0]), groom.Color(strand, piece.at[1])});
+        });
+    }
+
+    // Collects the types and materials of all curve groups.
+    void ListCurveGroups() {
+        for (const CurveGroup &group : description_.curveGroups) {
+            curveTypes_.push_back(group.type);
+            scene_.curveMaterials_.push_back(MaterialOf(group.state));
+            const Material *material = scene_.curveMaterials_.back();
+            anyHidden_ |= !material;
+            wantsStrandNormals_ |= material && material->WantsStrandNormals();
+            if (material && material->Bumped())
+                Warning("bump maps on curves are not rendered",
+                        "bump maps on curves are not rendered; the curves stay smooth");
+            if (group.state.areaLight >= 0)
+                Warning(AreaLightOf(group.state.areaLight).params.loc, "curves do not emit",
+                        "area lights on curves are not rendered; the curve does not emit");
+        }
+        WarnOfAbsentStrandColors();
+    }
+
+    // Error where many curves are wider than all of them together: no box separates such curves, and every
+    // ray would try every curve. Up to 1000 such curves are drawn; more is a unit error.
+    void RefuseGiantWidths(const std::vector<CurveSegment> &segments) const {
+        constexpr size_t kMaxGiants = 1000;
+        Bounds3f bounds;
+        for (const CurveSegment &s : segments)
+            for (const Point3f &p : s.cp)
+                if (IsFinite(p))
+                    bounds.Extend(p);
+        const Vector3f d = bounds.Diagonal();
+        const float extent = std::max({d.x, d.y, d.z});
+        const CurveSegment *giant = nullptr;
+        size_t giants = 0;
+        for (const CurveSegment &s : segments)
+            if (std::max(s.width[0], s.width[1]) > extent) {
+                giant = giant ? giant : &s;
+                ++giants;
+            }
+        if (giants <= kMaxGiants)
+            return;
+        CHECK_LT(giant->group, description_.curveGroups.size());
+        throw Error(description_.curveGroups[giant->group].loc,
+                    "{} curve segments are wider ({:g}) than the box round all curves ({:g}): give their "
+                    "\"width\" or "
+                    "\"widthscale\" in the units of the scene",
+                    giants, std::max(giant->width[0], giant->width[1]), extent);
+    }
+
+    // Builds the accelerators of a group whose shapes are complete.
+    void FinishShapes(CurvePool curves, ShapeGroup *shapes) {
+        RefuseGiantWidths(curves.segments);
+        shapes->solids.Commit();
+        shapes->haveSolids = shapes->solids.Geometries() > 0;
+        // Ribbon normals and strand colours are by segment number, so segments must keep theirs
+        if (anyHidden_ && curves.ribbonNormals.empty() && scene_.strandColors_.empty())
+            std::erase_if(curves.segments,
+                          [&](const CurveSegment &s) { return !scene_.curveMaterials_[s.group]; });
+        if (wantsStrandNormals_)
+            shapes->strandNormals = MakeStrandNormals(curves.segments);
+        shapes->haveCurves = !curves.segments.empty();
+        if (!shapes->haveCurves)
+            return;
+        if (options_.binaryCurves) {
+            shapes->binaryCurves.emplace(std::move(curves.segments), curveTypes_, curves.ribbonNormals);
+            return;
+        }
+        shapes->curves = CurveSet(std::move(curves.segments), curveTypes_, curves.ribbonNormals);
+        if (const size_t dropped = shapes->curves.DroppedSegments())
+            Warning("curves that cannot be met",
+                    fmt::format(
+                        "{} curve segments have points that are not finite, or no width, and are left out of "
+                        "the picture",
+                        dropped));
+    }
+
+    void WarnOfAbsentStrandColors() const {
+        if (!scene_.strandColors_.empty())
+            return;
+        for (const auto *textures : {&description_.floatTextures, &description_.spectrumTextures})
+            for (const TextureEntity &texture : *textures)
+                if (texture.type == "strandcolor")
+                    Warning(texture.params.loc, "no strand has colours",
+                            "no strand of this scene has colours of its own, which Shape \"hairfile\" and "
+                            "\"groom\" can give; the texture's \"default\" is used everywhere");
+    }
+
+    void MakeLights() {
+        const Bounds3f bound = scene_.WorldBound();
+        for (const LightEntity &entity : description_.lights) {
+            auto light = MakeLight(entity, bound);
+            if (light->IsInfinite())
+                scene_.infiniteLights_.push_back(static_cast<int>(scene_.lights_.size()));
+            scene_.lights_.push_back(std::move(light));
+            entity.params.ReportUnused(fmt::format("LightSource \"{}\"", entity.type));
+        }
+        for (const auto &[shape, geometry, areaLight] : emitters_) {
+            scene_.world_.solidInfos[shape].light = static_cast<int>(scene_.lights_.size());
+            scene_.lights_.push_back(MakeAreaLight(AreaLightOf(areaLight), &scene_.world_.solids, geometry));
+        }
+        for (const Entity &entity : description_.areaLights)
+            entity.params.ReportUnused(fmt::format("AreaLightSource \"{}\"", entity.type));
+        std::vector<const Light *> pointers;
+        for (const auto &light : scene_.lights_)
+            pointers.push_back(light.get());
+        scene_.lightSampler_ = LightSampler(pointers);
+        if (pointers.empty())
+            Warning("no lights", "the scene has no lights: the picture will be black");
+    }
+
+    // A solid that emits, until its light is made.
+    struct Emitter {
+        uint32_t shape, geometry;
+        int areaLight;
+    };
+    Scene &scene_;
+    SceneDescription &description_;
+    const SceneOptions &options_;
+    TextureTable textures_;
+    std::vector<ShapeGroup *> objectShapes_; // by object; null: the object is never used
+    std::vector<CurveType> curveTypes_;
+    bool anyHidden_ = false, wantsStrandNormals_ = false;
+    std::vector<Emitter> emitters_;
+};
+
+Scene::Scene(SceneDescription *description, const SceneOptions &options) {
+    SceneBuilder(this, description, options).Build();
+}
+
+} // namespace cuticle
