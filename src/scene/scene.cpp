@@ -29,8 +29,7 @@ Vector3f ErrorInWorld(const Transform &toWorld, const Point3f &object, const Vec
     for (int row = 0; row < 3; ++row) {
         double sum = 0;
         for (int c = 0; c < 3; ++c)
-            sum += std::abs(m[static_cast<size_t>(row)][static_cast<size_t>(c)]) *
-                   (double{error[c]} + 0x1p-23 * double{std::abs(object[c])});
+            sum += std::abs(m[row][c]) * (double{error[c]} + 0x1p-23 * double{std::abs(object[c])});
         e[row] = static_cast<float>(sum + 0x1p-23 * double{std::abs(world[row])});
     }
     return e;
@@ -65,8 +64,10 @@ const StrandColors *Scene::StrandColorsOf(uint32_t group, uint32_t segment) cons
     const auto found = strandColors_.find(group);
     if (found == strandColors_.end())
         return nullptr;
-    const StrandColorRun &g = found->second;
-    return &g.colors[g.colors.size() == 1 ? 0 : segment - g.firstSegment];
+    const StrandColorRun &run = found->second;
+    const size_t i = run.colors.size() == 1 ? 0 : segment - run.firstSegment;
+    DCHECK_LT(i, run.colors.size());
+    return &run.colors[i];
 }
 
 // Fills si in the coordinates of the shapes, which are those of the ray.
@@ -86,6 +87,7 @@ void Scene::Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupH
         si->n = s.n;
         si->uv = s.uv;
         si->shading = {s.tangent, Cross(s.n, s.tangent), s.n};
+        DCHECK_LT(segment.group, curveMaterials_.size());
         si->material = curveMaterials_[segment.group];
         si->light = -1;
         si->curveOrigin = {curve.segment, curve.u};
@@ -102,6 +104,7 @@ void Scene::Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupH
     si->dpdu = solid.dpdu;
     si->dpdv = solid.dpdv;
     si->shading = ShadingFrame(solid.dpdu, solid.ns);
+    DCHECK_LT(solid.shapeId, shapes.solidInfos.size());
     si->material = shapes.solidInfos[solid.shapeId].material;
     si->light = shapes.solidInfos[solid.shapeId].light;
     si->geometryId = solid.geometryId;

@@ -12,7 +12,19 @@
 
 namespace cuticle {
 
-// The state that is needed only while the scene is made.
+namespace {
+
+// The element of a list that the description names by index: the parser has checked it.
+template <class List>
+auto &At(List &list, int index) {
+    const auto i = static_cast<size_t>(index);
+    CHECK_LT(i, list.size());
+    return list[i];
+}
+
+} // namespace
+
+// Turns a description into a Scene; holds what is needed only meanwhile.
 class SceneBuilder {
   public:
     SceneBuilder(Scene *scene, SceneDescription *description, const SceneOptions &options)
@@ -37,13 +49,7 @@ class SceneBuilder {
 
   private:
     const Material *MaterialOf(const ShapeState &state) const {
-        CHECK_LT(static_cast<size_t>(state.material), scene_.materials_.size());
-        return scene_.materials_[static_cast<size_t>(state.material)].get();
-    }
-
-    const Entity &AreaLightOf(int index) const {
-        CHECK_LT(static_cast<size_t>(index), description_.areaLights.size());
-        return description_.areaLights[static_cast<size_t>(index)];
+        return At(scene_.materials_, state.material).get();
     }
 
     // Adds the solids of each object that is used, once, and returns the objects' curves.
@@ -51,16 +57,15 @@ class SceneBuilder {
         std::vector<CurvePool> curves;
         objectShapes_.resize(description_.objects.size());
         for (const ObjectUse &use : description_.instances) {
-            const auto i = static_cast<size_t>(use.object);
-            CHECK_LT(i, objectShapes_.size());
-            if (objectShapes_[i])
+            ShapeGroup *&shapes = At(objectShapes_, use.object);
+            if (shapes)
                 continue;
             scene_.objects_.push_back(std::make_unique<ShapeGroup>());
-            objectShapes_[i] = scene_.objects_.back().get();
-            ObjectDefinition &object = description_.objects[i];
+            shapes = scene_.objects_.back().get();
+            ObjectDefinition &object = At(description_.objects, use.object);
             curves.push_back(std::move(object.curves));
             for (const ShapeEntity &shape : object.shapes)
-                AddShape(shape, objectShapes_[i], &curves.back());
+                AddShape(shape, shapes, &curves.back());
         }
         return curves;
     }
@@ -68,7 +73,7 @@ class SceneBuilder {
     void PlaceInstances() {
         for (const ObjectUse &use : description_.instances) {
             const PlaceScope here(use.loc);
-            const ShapeGroup *shapes = objectShapes_[static_cast<size_t>(use.object)];
+            const ShapeGroup *shapes = At(objectShapes_, use.object);
             scene_.instances_.Add(use.instanceToWorld, shapes->Bound());
             scene_.objectOf_.push_back(shapes);
         }
@@ -196,7 +201,7 @@ class SceneBuilder {
                 Warning("bump maps on curves are not rendered",
                         "bump maps on curves are not rendered; the curves stay smooth");
             if (group.state.areaLight >= 0)
-                Warning(AreaLightOf(group.state.areaLight).params.loc, "curves do not emit",
+                Warning(At(description_.areaLights, group.state.areaLight).params.loc, "curves do not emit",
                         "area lights on curves are not rendered; the curve does not emit");
         }
         WarnOfAbsentStrandColors();
@@ -279,7 +284,8 @@ class SceneBuilder {
         }
         for (const auto &[shape, geometry, areaLight] : emitters_) {
             scene_.world_.solidInfos[shape].light = static_cast<int>(scene_.lights_.size());
-            scene_.lights_.push_back(MakeAreaLight(AreaLightOf(areaLight), &scene_.world_.solids, geometry));
+            scene_.lights_.push_back(
+                MakeAreaLight(At(description_.areaLights, areaLight), &scene_.world_.solids, geometry));
         }
         for (const Entity &entity : description_.areaLights)
             entity.params.ReportUnused(fmt::format("AreaLightSource \"{}\"", entity.type));

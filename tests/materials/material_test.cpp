@@ -62,7 +62,7 @@ std::string MessageOf(const std::string &world) {
 
 const Vector3f kWo = Normalize(Vector3f(0.3f, 0.2f, 0.8f)), kWi = Normalize(Vector3f(-0.5f, 0.1f, 0.6f));
 
-// --- mixes -----------------------------------------------------------------------------------------------------------
+// --- mixes ----------------------------------------------------------------------------------------------
 
 const std::string kTwo = "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [0.8 0.4 0.2]\n"
                          "MakeNamedMaterial \"b\" \"string type\" \"substrate\" \"rgb Kd\" [0.1 0.2 0.3]\n";
@@ -141,7 +141,7 @@ TEST(Mix, RefusesWhatItCannotMix) {
     EXPECT_NE(MessageOf(deep).find("32 lobes"), std::string::npos) << MessageOf(deep);
 }
 
-// --- bump maps -------------------------------------------------------------------------------------------------------
+// --- bump maps ------------------------------------------------------------------------------------------
 
 class Height : public Texture<float> {
   public:
@@ -202,7 +202,8 @@ TEST(Bump, LeavesFlatHeightsHairAndNonsenseAlone) {
     EXPECT_EQ(BumpedFrame(si, slope).z, si.shading.z);
 }
 
-// Heights over a sphere that are a plane's cut through space: the gradient in the tangent plane leans the normal.
+// Heights over a sphere that are a plane's cut through space: the gradient in the tangent plane leans the
+// normal.
 TEST(Bump, LeansByTheGradientOnASphere) {
     const Height slope([](const TexturePoint &q) { return 0.05f * q.p.x; });
     SurfaceInteraction si = FlatInteraction();
@@ -219,7 +220,7 @@ TEST(Bump, OfHairIsOneWarning) {
     EXPECT_EQ(FlushWarnings(), 1u);
 }
 
-// --- metals ----------------------------------------------------------------------------------------------------------
+// --- metals ---------------------------------------------------------------------------------------------
 
 TEST(Metal, IsCopperWhereNothingElseIsSaid) {
     const Made made =
@@ -245,7 +246,7 @@ TEST(Metal, RoughnessAlongOneAxisWinsOverTheCommonOne) {
     EXPECT_EQ(FlushWarnings(), 0u);
 }
 
-// --- Disney ----------------------------------------------------------------------------------------------------------
+// --- Disney ---------------------------------------------------------------------------------------------
 
 // A metal has neither diffuse reflection nor transmission, whatever else is asked of it.
 TEST(Disney, MetalsTransmitNothing) {
@@ -266,7 +267,7 @@ TEST(Disney, SubsurfaceScatteringIsOneWarningAndTheDiffuseLobe) {
     EXPECT_EQ(FlushWarnings(), 0u);
 }
 
-// --- stand-ins -------------------------------------------------------------------------------------------------------
+// --- stand-ins ------------------------------------------------------------------------------------------
 
 // One warning each: all of pbrt-v3's parameters are read.
 TEST(StandIns, AreOneWarningEach) {
@@ -288,8 +289,8 @@ TEST(StandIns, AreOneWarningEach) {
     EXPECT_EQ(FlushWarnings(), 2u);
 }
 
-// What the half space reflects is the integral of the dipole's profile (Jensen et al. 2001, equation 4) over the plane,
-// here in double over the logarithm of the radius.
+// The reflectance of the half space is the integral of the dipole's profile (Jensen et al. 2001, equation 4) over
+// the plane, here in double over the logarithm of the radius.
 TEST(StandIns, DipoleReflectanceIsTheIntegralOfItsProfile) {
     for (const double albedo : {0.05, 0.5, 0.9, 0.99, 0.999})
         for (const double eta : {1.0, 1.3, 1.5}) {

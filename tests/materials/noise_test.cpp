@@ -11,8 +11,8 @@
 namespace cuticle {
 namespace {
 
-// The gradient at a lattice point, by the noise near it: whole numbers, so that rounding takes away what a difference
-// quotient adds.
+// The gradient at a lattice point, by the noise near it: whole numbers, so that rounding takes away what a
+// difference quotient adds.
 Vector3d GradientAt(int x, int y, int z) {
     const Point3f p{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
     constexpr float h = 1.f / 256;
@@ -23,13 +23,13 @@ Vector3d GradientAt(int x, int y, int z) {
 }
 
 TEST(Noise, IsPerlinsPublishedValue) {
-    // The value that implementations of Perlin's improved noise are compared by. The two gradients that pbrt-v3
-    // numbers otherwise than Perlin have no part in it.
+    // The value that implementations of Perlin's improved noise are compared by. The two gradients that
+    // pbrt-v3 numbers otherwise than Perlin have no part in it.
     EXPECT_NEAR(Noise({3.14f, 42, 7}), 0.13691995878400012, 1e-6);
 }
 
-// Noise blends eight planes, one for each corner of the cell, by a polynomial whose slope and curvature vanish at the
-// corners. Here in double, with the planes found by measurement.
+// Noise blends eight planes, one for each corner of the cell, by a polynomial whose slope and curvature
+// vanish at the corners. Here in double, with the planes found by measurement.
 TEST(Noise, BlendsTheGradientsOfItsCell) {
     RNG rng(1);
     const auto blend = [](double t) { return t * t * t * (10 - 15 * t + 6 * t * t); };
@@ -56,7 +56,7 @@ TEST(Noise, BlendsTheGradientsOfItsCell) {
     }
 }
 
-// From a cube's centre to its twelve edges.
+// The gradients point from a cube's centre to its twelve edges.
 TEST(Noise, GradientsAreTwelve) {
     std::set<std::array<double, 3>> met;
     for (int x = 0; x < 16; ++x)

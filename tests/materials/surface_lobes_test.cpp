@@ -1,4 +1,5 @@
-// The lobes of ordinary surfaces: energy, reciprocity, and samples that follow the density that is stated for them.
+// The lobes of ordinary surfaces: energy, reciprocity, and samples that follow the density that is stated
+// for them.
 #include "materials/bsdf.h"
 #include "materials/surface_lobes.h"
 
@@ -22,8 +23,8 @@ struct Case {
     double maxEnergy = 1;   // what the model, as published, may give back of white light
 };
 
-// Disney's sums are not bounded by 1: Burley fitted the look of measured materials, and retro-reflection and the clear
-// coat are added, not layered. The bounds are what the formulas give, rounded up.
+// Disney's sums are not bounded by 1: Burley fitted the look of measured materials, and retro-reflection and
+// the clear coat are added, not layered. The bounds are what the formulas give, rounded up.
 const std::vector<Case> &Cases() {
     static const std::vector<Case> cases = {
         {"Lambert", [](SurfaceLobes &l) { l.AddLambertReflection(Spectrum(1)); }},
@@ -261,8 +262,8 @@ TEST(SurfaceLobes, SamplesFollowTheirDensity) {
                 each);
 }
 
-// The test can fail: it sees a clear coat that is sampled with pbrt-v3's fixed roughness instead of its own, and a
-// roughness that is 5% off.
+// The test can fail: it sees a clear coat that is sampled with pbrt-v3's fixed roughness instead of its own,
+// and a roughness that is 5% off.
 TEST(SurfaceLobes, TheTestOfSamplesSeesErrors) {
     const auto make = [](float alpha) {
         return Make({"", [=](SurfaceLobes &l) {

@@ -156,8 +156,8 @@ TEST(OrthographicCamera, RaysAreParallelOverTheScreenWindow) {
     }
 }
 
-// The lens of a film position lies around its ray: all its rays meet at the plane of focus, and a lens that shrinks leaves the
-// pinhole's picture.
+// The lens of a film position lies around its ray: all its rays meet at the plane of focus, and a lens that
+// shrinks leaves the pinhole's picture.
 TEST(OrthographicCamera, ThinLensFocusesOnAPlane) {
     Entity entity = OfType("orthographic");
     Set(&entity, "lensradius", {0.25});
@@ -177,8 +177,8 @@ TEST(OrthographicCamera, ThinLensFocusesOnAPlane) {
     EXPECT_GT(widest, 0.24f);
 }
 
-// Equal areas of the film get solid angles by the sine of their row: together, with that weight, the rays cover the
-// sphere once, and the direction of each pixel is the one of pbrt-v3.
+// Equal areas of the film get solid angles by the sine of their row: together, with that weight, the rays
+// cover the sphere once, and the direction of each pixel is the one of pbrt-v3.
 TEST(EnvironmentCamera, CoversTheSphere) {
     const Transform worldToCamera = Transform::Rotate(50, {1, 2, 1}) * Transform::Translate({-1, -2, -3});
     const Point2i resolution{80, 40};
@@ -219,7 +219,8 @@ TEST(EnvironmentCamera, CoversTheSphere) {
     EXPECT_FALSE(plain.HasCameraToScreen());
 }
 
-// Two thin lenses in one: the lensmaker's formula gives the stand-in's focal length, with the film's diagonal its view.
+// Two thin lenses in one: the lensmaker's formula gives the stand-in's focal length, with the film's
+// diagonal its view.
 TEST(RealisticCamera, StandsInWithTheLensesFocalLength) {
     const std::string path = testing::TempDir() + "cuticle_lens.dat";
     // Glass of 1.5 between radii of 60 and -30 mm, 4 mm thick, behind it a stop.

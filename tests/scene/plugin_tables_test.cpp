@@ -26,7 +26,8 @@ class UnusedParameters : public WarningSink {
     std::set<std::string> kinds;
 };
 
-// A parameter with a value of its type, as the parser would give it. Nothing for files and names, which need more.
+// A parameter with a value of its type, as the parser would give it. Nothing for files and names, which need
+// more.
 std::optional<Param> Given(const ParamInfo &info) {
     const auto is = [&](std::string_view text) { return info.type.find(text) != std::string_view::npos; };
     Param p;
