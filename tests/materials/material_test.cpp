@@ -68,6 +68,7 @@ const std::string kTwo = "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rg
                          "MakeNamedMaterial \"b\" \"string type\" \"substrate\" \"rgb Kd\" [0.1 0.2 0.3]\n";
 
 TEST(Mix, IsTheWeightedSumOfBoth) {
+    FlushWarnings();
     const Made made =
         MakeAll(kTwo + "Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" "
                        "\"rgb amount\" [0.25 0.5 1]");
