@@ -122,8 +122,7 @@ class MapInfiniteLight : public Light {
             for (size_t x = 0; x < columns; ++x)
                 cells[j * columns + x] *= band;
         }
-        distribution_ =
-            std::make_unique<Distribution2D>(cells.data(), static_cast<int>(columns), static_cast<int>(rows));
+        distribution_ = std::make_unique<Distribution2D>(cells.data(), columns, rows);
         const Transform::Matrix &m = worldToLight_.M();
         determinant_ = std::abs(worldToLight_.Determinant() / (m[3][3] * m[3][3] * m[3][3]));
     }
