@@ -325,6 +325,22 @@ class CommandLine(unittest.TestCase):
         table = readme.split("<!-- what `cuticle features` prints -->\n")[1].split("<!-- end -->")[0]
         self.assertEqual(table, self.ok("features").stdout, "replace the README's table by what `cuticle features` prints")
 
+    def test_features_are_the_manual_of_every_parameter(self):
+        hair = self.ok("features", "Material", "hair").stdout
+        self.assertTrue(hair.startswith('## Material "hair"\n'), hair)
+        self.assertIn("| parameter | type | unit | may be | default | meaning |\n", hair)
+        row = next(line for line in hair.splitlines() if line.startswith("| `beta_m` |"))
+        self.assertIn("| 0 to 1 | 0.3 |", row)
+        self.assertEqual(self.ok("features", "material", "hair").stdout, hair)
+        everything = self.ok("features", "Material").stdout
+        self.assertIn(hair, everything)
+        for name in ['"matte"', '"disney"', '""', '"fourier"']:
+            self.assertIn(f"\n## Material {name}\n", everything)
+        self.assertIn("Known and not rendered", self.ok("features", "Shape", "nurbs").stdout)
+        self.assertIn('## Material ""\n', self.ok("features", "Material", "").stdout)
+        self.fails("features", "Materiel", says='error: no directive "Materiel" takes the name of a plug-in. Did you mean "Material"?')
+        self.fails("features", "Shape", "spere", says='error: Shape "spere" is not known. Did you mean "sphere"?')
+
     def test_goniometer(self):
         run = self.ok("goniometer", "--samples", "20000", "--alpha", "3", "--roughness", "0.1", "--sigma-a", "0", "0.5",
                       "-o", "lobes")

@@ -6,10 +6,13 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <utility>
 
 namespace cuticle {
 
 namespace {
+
+thread_local ParamRecorder *recorder = nullptr;
 
 // The word before the name in the file; Spectrum by the spelling that is asked for most.
 const char *TypeName(ParamType type) {
@@ -40,19 +43,21 @@ const char *TypeName(ParamType type) {
     return "";
 }
 
-[[noreturn]] void Fail(const Param &p, const std::string &message) {
-    throw Error(p.loc, message).WithSourceLine(SourceLine(p.loc));
+template <typename... Args>
+[[noreturn]] void Fail(const Param &p, fmt::format_string<Args...> format, Args &&...args) {
+    throw Error(p.loc, fmt::vformat(format, fmt::make_format_args(args...)))
+        .WithSourceLine(SourceLine(p.loc));
 }
 
-// The parameter of that name, which must be of one of the types; null when there is none. The first type is the one that the message
-// recommends.
+// Finds the parameter of that name, which must be of one of the types; null when there is none. The message
+// recommends the first type.
 const Param *Require(const ParamSet &set, std::string_view name, std::initializer_list<ParamType> types) {
     const Param *p = set.Find(name);
     if (!p)
         return nullptr;
     if (std::find(types.begin(), types.end(), p->type) == types.end())
-        Fail(*p, "\"" + p->name + "\" is given as " + TypeName(p->type) + "; it must be \"" +
-                     TypeName(*types.begin()) + " " + p->name + "\"");
+        Fail(*p, "\"{0}\" is given as {1}; it must be \"{2} {0}\"", p->name, TypeName(p->type),
+             TypeName(*types.begin()));
     p->used = true;
     return p;
 }
@@ -60,21 +65,19 @@ const Param *Require(const ParamSet &set, std::string_view name, std::initialize
 // Refuses any other number of values than `count`.
 void RequireCount(const Param &p, size_t given, size_t count, const char *what) {
     if (given != count)
-        Fail(p, "\"" + p.name + "\" must have " + what + ", not " + std::to_string(given) +
-                    (given == 1 ? " value" : " values"));
+        Fail(p, "\"{}\" must have {}, not {} {}", p.name, what, given, given == 1 ? "value" : "values");
 }
 
 void RequireMultiple(const Param &p, size_t size) {
     if (p.numbers.size() % size != 0)
-        Fail(p, "\"" + p.name + "\" has " + std::to_string(p.numbers.size()) +
-                    " numbers, which is no multiple of " + std::to_string(size));
+        Fail(p, "\"{}\" has {} numbers, which is no multiple of {}", p.name, p.numbers.size(), size);
 }
 
 int ToInt(const Param &p, double v) {
     if (v != std::floor(v))
-        Fail(p, "\"" + p.name + "\" must be a whole number");
+        Fail(p, "\"{}\" must be a whole number", p.name);
     if (!(v >= std::numeric_limits<int>::min() && v <= std::numeric_limits<int>::max()))
-        Fail(p, "\"" + p.name + "\" is out of range (an integer has 32 bits)");
+        Fail(p, "\"{}\" is out of range (an integer has 32 bits)", p.name);
     return static_cast<int>(v);
 }
 
@@ -102,6 +105,8 @@ std::string ResolveFilename(const std::string &folder, const std::string &name) 
 }
 
 const Param *ParamSet::Find(std::string_view name) const {
+    if (recorder)
+        recorder->asked_[loc.line].emplace(name);
     for (const Param &p : params)
         if (p.name == name)
             return &p;
@@ -114,6 +119,16 @@ const Param *ParamSet::Find(std::string_view name, ParamType type) const {
         return nullptr;
     p->used = true;
     return p;
+}
+
+ParamRecorder::ParamRecorder() : outer_(std::exchange(recorder, this)) {}
+
+ParamRecorder::~ParamRecorder() { recorder = outer_; }
+
+const std::set<std::string, std::less<>> &ParamRecorder::AskedOn(uint32_t line) const {
+    static const std::set<std::string, std::less<>> kNone;
+    const auto it = asked_.find(line);
+    return it == asked_.end() ? kNone : it->second;
 }
 
 bool ParamSet::FindBool(std::string_view name, bool defaultValue) const {
@@ -223,8 +238,8 @@ std::string ParamSet::FindFilename(std::string_view name) const {
 void ParamSet::ReportUnused(const std::string &what) const {
     for (const Param &p : params)
         if (!p.used)
-            Warning(p.loc, "unused parameter \"" + p.name + "\" of " + what,
-                    what + " has no use for parameter \"" + p.name + "\"");
+            Warning(p.loc, fmt::format("unused parameter \"{}\" of {}", p.name, what),
+                    fmt::format("{} has no use for parameter \"{}\"", what, p.name));
 }
 
 } // namespace cuticle

@@ -1,10 +1,11 @@
-// A plug-in of pbrt (the "hair" of Material "hair") is one row in the table of its kind: name, parameters, what stands in
-// for it, what it means, and in the room that makes the kind also its maker. The parser checks names against the tables
-// that it is handed, the makers look themselves up in them, and `cuticle features` prints them: that is the manual.
+// A plug-in of pbrt (the "hair" of Material "hair") is one row in the table of its kind: name, parameters,
+// what stands in for it, what it means, and in the room that makes the kind also its maker. The parser checks
+// names against the tables that it is handed, the makers look themselves up in them, and `cuticle features`
+// prints them: that is the manual.
 //
 // How rows are written, in the file that makes the kind:
 //
-//     constexpr ParamInfo kBumpMap{"bumpmap", "float texture", "lengths of the scene", "", "a height over the surface"};
+//     constexpr ParamInfo kBumpMap{"bumpmap", "float texture", "lengths of the scene", "", "height over it"};
 //     constexpr ParamInfo kMatteParams[] = {
 //         {"Kd", "spectrum texture", "", "0.5", "the share of light that is reflected", 0, 1},
 //         {"sigma", "float texture", "degrees", "0", "roughness (Oren and Nayar 1994)", 0, 90},
@@ -15,13 +16,13 @@
 //         {{.name = "fourier", .standIn = "a matte surface of reflectance 0.5"}, MakeFourier},
 //     };
 //     const PluginTable &MaterialPlugins() {
-//         static const PluginTable table{PluginKind::Material, PluginInfos(kMaterials), {"conductor"}, {"shinymetal"}};
+//         static const PluginTable table{PluginKind::Material, PluginInfos(kMaterials), {"conductor"}};
 //         return table;
 //     }
 //
-// Parameters stand in the row in the order in which the manual shall print them. A parameter that several plug-ins read
-// is a constant of its own. A row whose parameters are only known when the program runs (Material "hair": those of all
-// fiber models) stands in a function's static array.
+// Parameters stand in the row in the order in which the manual shall print them. A parameter that several
+// plug-ins read is a constant of its own. A row whose parameters are only known when the program runs
+// (Material "hair": those of all fiber models) stands in a function's static array.
 #pragma once
 
 #include "core/param_info.h"
@@ -36,7 +37,8 @@
 
 namespace cuticle {
 
-// To add one: here, its table in the room that makes the kind, and that table in AllPlugins() (render/plugins.cpp).
+// To add one: here, its table in the room that makes the kind, and that table in AllPlugins()
+// (render/plugins.cpp).
 enum class PluginKind {
     Camera,
     Sampler,
@@ -53,12 +55,12 @@ enum class PluginKind {
 };
 inline constexpr size_t kPluginKinds = 12;
 
-// What is known of a plug-in apart from its maker. Texts and parameters live as long as the program.
+// A plug-in as it is known apart from its maker. Texts and parameters live as long as the program.
 struct PluginInfo {
     std::string_view name;
     std::span<const ParamInfo> params = {};
     std::string_view meaning = {}; // one line for the manual
-    // Of a plug-in that is known and not rendered: what is used instead, as in "a matte surface". Empty: it is rendered.
+    // Stands in for one that is known and not rendered, as in "a matte surface"; empty: it is rendered.
     std::string_view standIn = {};
     bool ours = false; // no plug-in of pbrt-v3
 
@@ -117,8 +119,5 @@ class PluginTables {
   private:
     std::array<const PluginTable *, kPluginKinds> tables_{};
 };
-
-// All of it as a Markdown table.
-std::string FeatureTable(const PluginTables &tables);
 
 } // namespace cuticle
