@@ -1,4 +1,5 @@
-// A parsed scene: what the file says, with transforms, attributes and names resolved, before any object is made.
+// A parsed scene: what the file says, with transforms, attributes and names resolved, before any object is
+// made.
 #pragma once
 
 #include "core/vecmath.h"
@@ -31,8 +32,8 @@ struct MaterialEntity {
     std::string name; // of a named material, else ""
     std::string type; // "matte", "hair", ...; "" is pbrt's null material
     ParamSet params;
-    // For type "mix": namedmaterial1 and namedmaterial2 as indices into SceneDescription::materials, resolved where the
-    // mix was made; -1 for any other type.
+    // For type "mix": namedmaterial1 and namedmaterial2 as indices into SceneDescription::materials, resolved
+    // where the mix was made; -1 for any other type.
     int mixed[2] = {-1, -1};
 };
 
@@ -71,7 +72,7 @@ struct CurvePool {
     std::unordered_map<uint32_t, RibbonNormals> ribbonNormals;
 };
 
-// What stands between ObjectBegin and ObjectEnd, in the coordinates of that block's current transformation at use.
+// An object's shapes and curves, in the coordinates of the current transformation at the place of use.
 struct ObjectDefinition {
     std::string name;
     FileLoc loc;
@@ -104,16 +105,16 @@ struct SceneDescription {
 class PluginTables;
 
 struct ParseOptions {
-    // Not null: an error is added here instead of thrown, and parsing goes on at the next directive (at most 1000
-    // errors). To see every problem of a file at once.
+    // Not null: an error is added here instead of thrown, and parsing goes on at the next directive (at most
+    // 1000 errors). To see every problem of a file at once.
     std::vector<std::string> *collectErrors = nullptr;
     // Off: Shape "curve" statements go through the general parameter parser like any other, for tests and for
     // measurement; the result is the same bit for bit.
     bool fastCurves = true;
 };
 
-// Reads a pbrt-v3 scene file (.pbrt or .pbrt.gz, decided by content) with everything it includes. Throws Error with
-// file:line:col and the offending line.
+// Reads a pbrt-v3 scene file (.pbrt or .pbrt.gz, decided by content) with everything it includes. Throws
+// Error with file:line:col and the offending line.
 //
 // plugins: the names that it may use, and which parameters of a Shape are its material's; AllPlugins()
 // (render/plugins.h) has all that is rendered.

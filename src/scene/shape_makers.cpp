@@ -285,6 +285,7 @@ constexpr ParamInfo kParaboloidParams[] = {
 constexpr ParamInfo kHyperboloidParams[] = {
     {"p1", "point3", kLengths, "0 0 0", "one end of the segment that sweeps the surface"},
     {"p2", "point3", kLengths, "1 1 1", "its other end"},
+    {"radius", "float", kLengths, "1", "is read and has no effect"},
     kPhiMax,
 };
 constexpr ParamInfo kHairFileParams[] = {
@@ -343,7 +344,7 @@ const std::vector<PluginRow<ShapeMaker>> &ShapeRows() {
         {{"paraboloid", kParaboloidParams, "a paraboloid about the z axis"}, AddParaboloid},
         {{"hyperboloid", kHyperboloidParams, "the surface that a segment sweeps about the z axis"},
          AddHyperboloid},
-        {{.name = "nurbs", .standIn = "left out of the picture"}, {}},
+        {{.name = "nurbs", .meaning = "a spline surface", .standIn = "left out of the picture"}, {}},
         {{"hairfile", kHairFileParams, "the strands of a file", {}, true}, MakeHairFile},
         {{"groom", GroomShapeParams(), "hair that is grown by a recipe", {}, true}, MakeGroomShape},
         {{"groomhead", kGroomHeadParams, "the head and shoulders that Shape \"groom\" grows on", {}, true},

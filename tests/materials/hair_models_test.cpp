@@ -4,7 +4,6 @@
 #include "warnings.h"
 
 #include "core/error.h"
-#include "parser/parser.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,5 @@
 #include "parser/param_set.h"
-#include "parser/scene_description.h"
-#include "render/plugins.h"
-#include "warnings.h"
+#include "parser/test_scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -9,14 +7,14 @@ namespace cuticle {
 namespace {
 
 ParamSet Params(const std::string &text) {
-    return ParseSceneText(AllPlugins(), "WorldBegin Shape \"sphere\"\n" + text + "\nWorldEnd", "t.pbrt",
+    return ParseSceneText(TestPlugins(), "WorldBegin Shape \"sphere\"\n" + text + "\nWorldEnd", "t.pbrt",
                           "scenes")
         .shapes.at(0)
         .params;
 }
 
 template <typename Call>
-std::string ErrorOf(const Call &call) {
+std::string ErrorOfCall(const Call &call) {
     try {
         call();
     } catch (const Error &e) {
@@ -24,8 +22,6 @@ std::string ErrorOf(const Call &call) {
     }
     return "";
 }
-
-bool Has(const std::string &text, const std::string &part) { return text.find(part) != std::string::npos; }
 
 TEST(ParamSet, ValuesAndDefaults) {
     const ParamSet p =
@@ -78,27 +74,27 @@ TEST(ParamSet, WrongTypeCountOrRangeIsAnErrorAtThePlace) {
         EXPECT_TRUE(error.starts_with("t.pbrt:" + place + ": error: ")) << error;
         EXPECT_TRUE(Has(error, message)) << error;
     };
-    expect(ErrorOf([&] { p.FindFloat("s", 0); }), "2:3", "it must be \"float s\"");
-    expect(ErrorOf([&] { p.FindFloats("s"); }), "2:3", "it must be \"float s\"");
-    expect(ErrorOf([&] { p.FindInt("h", 0); }), "2:34", "it must be \"integer h\"");
-    expect(ErrorOf([&] { p.FindFloat("f", 0); }), "2:18", "must have one value, not 2 values");
-    expect(ErrorOf([&] { p.FindFloat("e", 0); }), "3:65", "must have one value, not 0 values");
-    expect(ErrorOf([&] { p.FindInt("i", 0); }), "2:47", "must be a whole number");
-    expect(ErrorOf([&] { p.FindInt("j", 0); }), "2:62", "out of range");
-    expect(ErrorOf([&] { p.FindInts("k"); }), "2:78", "out of range");
-    expect(ErrorOf([&] { p.FindPoint3fs("P"); }), "3:1", "has 4 numbers, which is no multiple of 3");
-    expect(ErrorOf([&] { p.FindPoint3f("P", {}); }), "3:1", "three numbers");
-    expect(ErrorOf([&] { p.FindNormals("P"); }), "3:1", "it must be \"normal P\"");
-    expect(ErrorOf([&] { p.FindSpectrum("c", Spectrum(0)); }), "3:21", "must have one colour, not 2");
-    expect(ErrorOf([&] { p.FindBool("b", true); }), "3:43", "one value");
-    expect(ErrorOf([&] { p.FindString("f", ""); }), "2:18", "it must be \"string f\"");
-    expect(ErrorOf([&] { p.FindPoint2fs("c"); }), "3:21", "it must be \"point2 c\"");
+    expect(ErrorOfCall([&] { p.FindFloat("s", 0); }), "2:3", "it must be \"float s\"");
+    expect(ErrorOfCall([&] { p.FindFloats("s"); }), "2:3", "it must be \"float s\"");
+    expect(ErrorOfCall([&] { p.FindInt("h", 0); }), "2:34", "it must be \"integer h\"");
+    expect(ErrorOfCall([&] { p.FindFloat("f", 0); }), "2:18", "must have one value, not 2 values");
+    expect(ErrorOfCall([&] { p.FindFloat("e", 0); }), "3:65", "must have one value, not 0 values");
+    expect(ErrorOfCall([&] { p.FindInt("i", 0); }), "2:47", "must be a whole number");
+    expect(ErrorOfCall([&] { p.FindInt("j", 0); }), "2:62", "out of range");
+    expect(ErrorOfCall([&] { p.FindInts("k"); }), "2:78", "out of range");
+    expect(ErrorOfCall([&] { p.FindPoint3fs("P"); }), "3:1", "has 4 numbers, which is no multiple of 3");
+    expect(ErrorOfCall([&] { p.FindPoint3f("P", {}); }), "3:1", "three numbers");
+    expect(ErrorOfCall([&] { p.FindNormals("P"); }), "3:1", "it must be \"normal P\"");
+    expect(ErrorOfCall([&] { p.FindSpectrum("c", Spectrum(0)); }), "3:21", "must have one colour, not 2");
+    expect(ErrorOfCall([&] { p.FindBool("b", true); }), "3:43", "one value");
+    expect(ErrorOfCall([&] { p.FindString("f", ""); }), "2:18", "it must be \"string f\"");
+    expect(ErrorOfCall([&] { p.FindPoint2fs("c"); }), "3:21", "it must be \"point2 c\"");
 }
 
 TEST(ParamSet, ErrorShowsTheLineOfAFileLongAfterParsing) {
     const std::string path = std::string(CUTICLE_SOURCE_DIR) + "/tests/parser/data/include_top.pbrt";
-    const SceneDescription s = ParseScene(AllPlugins(), path);
-    EXPECT_EQ(ErrorOf([&] { s.camera.params.FindString("fov", ""); }),
+    const SceneDescription s = ParseScene(TestPlugins(), path);
+    EXPECT_EQ(ErrorOfCall([&] { s.camera.params.FindString("fov", ""); }),
               path +
                   ":2:22: error: \"fov\" is given as float; it must be \"string fov\"\n"
                   "    Camera \"perspective\" \"float fov\" 40\n    " +
@@ -115,7 +111,7 @@ TEST(ParamSet, UnusedParametersAreReported) {
     EXPECT_NE(p.Find("c", ParamType::Float), nullptr);
     EXPECT_EQ(p.Find("a", ParamType::String), nullptr); // another type: neither given nor marked
     const StrictWarnings strict;
-    const std::string warning = ErrorOf([&] { p.ReportUnused("Shape \"sphere\""); });
+    const std::string warning = ErrorOfCall([&] { p.ReportUnused("Shape \"sphere\""); });
 
     EXPECT_TRUE(warning.starts_with("t.pbrt:2:1: error: Shape \"sphere\" has no use for parameter \"a\""))
         << warning;

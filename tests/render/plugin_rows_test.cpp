@@ -12,7 +12,11 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <charconv>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 namespace cuticle {
@@ -21,6 +25,34 @@ namespace {
 using Names = std::set<std::string, std::less<>>;
 
 constexpr char kNoFile[] = "plugin_rows_test.none";
+
+// The smallest files that a plug-in reads, for those that read nothing more before they have one.
+class SmallFiles {
+  public:
+    SmallFiles() {
+        Write("image.pfm", std::string("Pf\n1 1\n-1\n") + std::string(4, '\0'));
+        Write("mesh.ply",
+              "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+              "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+              "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+        Write("strands.usda",
+              "#usda 1.0\ndef BasisCurves \"hair\"\n{\n    uniform token type = \"linear\"\n"
+              "    int[] curveVertexCounts = [2]\n    point3f[] points = [(0, 0, 0), (0, 0, 1)]\n"
+              "    float[] widths = [0.1, 0.1]\n}\n");
+    }
+    ~SmallFiles() { std::filesystem::remove_all(folder_); }
+    std::string Named(const char *name) const {
+        return fmt::format("\"string filename\" \"{}\" ", (folder_ / name).string());
+    }
+
+  private:
+    void Write(const char *name, const std::string &content) const {
+        std::filesystem::create_directories(folder_);
+        std::ofstream(folder_ / name, std::ios::binary) << content;
+    }
+    std::filesystem::path folder_ =
+        std::filesystem::temp_directory_path() / fmt::format("plugin_rows_{}", getpid());
+};
 constexpr uint32_t kLine = 2; // of the plug-in under test
 
 // A scene in which the plug-in stands alone on line 2, with what it cannot do without.
@@ -48,17 +80,17 @@ std::string SceneOf(PluginKind kind, std::string_view name, const std::string &p
 
 // Parameters without which the maker would stop before it has read the others.
 std::string Needed(PluginKind kind, std::string_view name) {
-    const std::string file = fmt::format("\"string filename\" \"{}\" ", kNoFile);
+    static const SmallFiles files;
     if (kind == PluginKind::Material && name == "mix")
         return "\"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"a\" ";
     if (kind == PluginKind::Texture && name == "imagemap")
-        return file;
+        return files.Named("image.pfm");
     if (kind != PluginKind::Shape)
         return "";
     if (name == "trianglemesh" || name == "loopsubdiv")
         return "\"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] ";
     if (name == "plymesh" || name == "hairfile")
-        return file;
+        return files.Named(name == "plymesh" ? "mesh.ply" : "strands.usda");
     if (name == "heightfield")
         return "\"integer nu\" 2 \"integer nv\" 2 \"float Pz\" [0 0 0 0] ";
     if (name == "curve")
@@ -184,6 +216,8 @@ TEST(PluginRows, NameWhatTheMakersReadAndNothingElse) {
             for (const ParamInfo &p : row.params)
                 EXPECT_TRUE(asked.count(p.name))
                     << DirectiveOf(kind) << " \"" << row.name << "\" does not read \"" << p.name << "\"";
+            if (!row.standIn.empty()) // of which the row names pbrt's parameters alone
+                continue;
             for (const std::string &name : asked)
                 EXPECT_TRUE(row.FindParam(name)) << DirectiveOf(kind) << " \"" << row.name << "\" reads \""
                                                  << name << "\", which its row does not name";
@@ -203,7 +237,6 @@ TEST(PluginRows, AreWholeAndFitTheManual) {
                 EXPECT_LE(p.low, p.high) << row.name << " " << p.name;
                 for (const std::string_view text : {p.name, p.type, p.unit, p.defaultValue, p.meaning})
                     EXPECT_EQ(text.find_first_of("|\n"), text.npos) << row.name << " " << p.name;
-                EXPECT_FALSE(p.meaning.ends_with('.')) << row.name << " " << p.name;
             }
             const std::string manual = PluginManual(AllPlugins(), DirectiveOf(kind), row.name);
             for (const ParamInfo &p : row.params)
@@ -212,7 +245,7 @@ TEST(PluginRows, AreWholeAndFitTheManual) {
     }
 }
 
-// A hair parameter on a shape is the material's, whichever model reads it: pbrt-v3's rule, for all that the row names.
+// A hair parameter on a shape is the material's, whichever model reads it, as pbrt-v3 has it for all materials.
 TEST(PluginRows, EveryHairParameterWorksOnAShape) {
     const PluginInfo *hair = MaterialPlugins().Find("hair");
     ASSERT_NE(hair, nullptr);

@@ -6,7 +6,6 @@
 #include "fibers/smooth_fiber.h"
 #include "figures/figure.h"
 #include "materials/hair_models.h"
-#include "parser/parser.h"
 #include "render/plugins.h"
 
 #include <algorithm>

@@ -1,0 +1,122 @@
+#include "parser/graphics_state.h"
+
+namespace cuticle {
+
+namespace {
+
+constexpr size_t kMaxBlockDepth = 10000;
+constexpr std::array<std::string_view, 3> kBlockNames{"Attribute", "Transform", "Object"};
+
+std::string_view NameOf(BlockKind kind) { return kBlockNames[static_cast<size_t>(kind)]; }
+
+} // namespace
+
+void ScopedNames::Set(NameMap *map, const std::string &name, int index) {
+    const auto [at, isNew] = map->try_emplace(name, index);
+    hidden_.push_back({map, name, isNew ? kNone : at->second});
+    at->second = index;
+}
+
+void ScopedNames::Restore(size_t mark) {
+    for (; hidden_.size() > mark; hidden_.pop_back()) {
+        const HiddenName &h = hidden_.back();
+        if (h.index == kNone)
+            h.map->erase(h.name);
+        else
+            (*h.map)[h.name] = h.index;
+    }
+}
+
+void GraphicsState::BeginWorld(const Token &word) {
+    if (inWorld_)
+        text_.Fail(word, "a second WorldBegin");
+    if (!blocks_.empty())
+        text_.Fail(word, "WorldBegin inside the block opened at {}", blocks_.back().loc.ToString());
+    inWorld_ = true;
+    ctm_ = {};
+    ++transformVersion_;
+    active_ = kBoth;
+    NameSpace("world");
+}
+
+void GraphicsState::RequireWorld(const Token &word) {
+    if (!inWorld_)
+        text_.Fail(word, "{} belongs between WorldBegin and WorldEnd, and WorldBegin has not come yet",
+                   word.text);
+}
+
+void GraphicsState::BeginBlock(const Token &word, BlockKind kind) {
+    RequireWorld(word);
+    if (blocks_.size() >= kMaxBlockDepth)
+        text_.Fail(word, "blocks are nested {} deep here: {} without its end?", kMaxBlockDepth, word.text);
+    blocks_.push_back({kind, text_.Loc(word), attributes, names.Mark(), ctm_, active_});
+}
+
+void GraphicsState::EndBlock(const Token &word, BlockKind kind) {
+    RequireWorld(word);
+    if (blocks_.empty()) {
+        if (text_.missingFile)
+            return;
+        text_.Fail(word, "{} without {}Begin", word.text, NameOf(kind));
+    }
+    const Block &b = blocks_.back();
+    if (b.kind != kind)
+        text_.Fail(word, "{} inside the block of {}Begin at {}: that must end first", word.text,
+                   NameOf(b.kind), b.loc.ToString());
+    ctm_ = b.ctm;
+    ++transformVersion_;
+    active_ = b.active;
+    if (kind != BlockKind::Transform) {
+        attributes = b.attributes;
+        names.Restore(b.names);
+    }
+    if (kind == BlockKind::Object)
+        object = -1;
+    blocks_.pop_back();
+}
+
+std::string GraphicsState::CloseBlocks(std::string_view before) {
+    if (blocks_.empty())
+        return "";
+    const Block &b = blocks_.back();
+    std::string message =
+        fmt::format("{0}Begin at {1} has no {0}End before {2}", NameOf(b.kind), b.loc.ToString(), before);
+    blocks_.clear();
+    return message;
+}
+
+void GraphicsState::Apply(const Token &word, const Transform &t, bool concat) {
+    for (unsigned i = 0; i < 2; ++i) {
+        if (!(active_ & (1u << i)))
+            continue;
+        const Transform next = concat ? ctm_[i] * t : t;
+        if (t.IsSingular() || next.IsSingular())
+            text_.Fail(word, "{} makes a transformation that cannot be inverted{}", word.text,
+                       word.text == "Scale" ? " (a factor is 0?)"
+                       : word.text == "LookAt"
+                           ? " (the eye is the point looked at, or up points along the view?)"
+                           : "");
+        ctm_[i] = next;
+    }
+    ++transformVersion_;
+}
+
+const Transform &GraphicsState::Current(const FileLoc &loc) {
+    if (!(ctm_[0] == ctm_[1]))
+        Warning(loc, "motion",
+                "motion is not rendered; the transformation at the start time is used throughout");
+    return ctm_[0];
+}
+
+void GraphicsState::UseSpace(const std::string &name, const Token &at) {
+    const auto it = coordinateSystems_.find(name);
+    if (it != coordinateSystems_.end()) {
+        ctm_ = it->second;
+        ++transformVersion_;
+    } else if (!text_.missingFile) {
+        text_.Fail(at, "no coordinate system {} has been named{}", Quoted(name),
+                   SuggestFrom(name, {&coordinateSystems_}));
+    }
+}
+
+} // namespace cuticle

@@ -1,0 +1,99 @@
+#include "parser/test_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <ctime>
+#include <iostream>
+#include <random>
+#include <string_view>
+
+namespace cuticle {
+namespace {
+
+// Hostile input of some 20 MB each ends in an Error within a second of processor time.
+TEST(ParserErrors, HostileInputEndsSoon) {
+    constexpr size_t kSize = 20 << 20;
+    const auto repeat = [](const std::string &unit) {
+        std::string s;
+        s.reserve(kSize + unit.size());
+        while (s.size() < kSize)
+            s += unit;
+        return s;
+    };
+    const std::pair<const char *, std::string> inputs[] = {
+        {"quote without end", "Film \"" + repeat("a")},
+        {"word without end", "Film" + repeat("a")},
+        {"number without end", "Translate " + repeat("1")},
+        {"fraction without end", "Translate 0." + repeat("0")},
+        {"array without end", "Film \"image\" \"float x\" [" + repeat("1 ")},
+        {"open brackets", "Film \"image\" \"float x\" " + repeat("[")},
+        {"blocks without end", "WorldBegin " + repeat("AttributeBegin ")},
+        {"NUL bytes", std::string(kSize, '\0')},
+        {"NUL bytes in a string", "Film \"" + std::string(kSize, '\0') + "\""},
+        {"escapes", "Film \"" + repeat("\\\\")},
+        {"quotes", repeat("\"")},
+        {"blanks", repeat(" \n")},
+        {"comment", "#" + repeat("x")},
+        {"curve without end", "WorldBegin Shape \"curve\" \"point P\" [" + repeat("0.5 ")},
+        {"curve of quotes", "WorldBegin Shape \"curve\" " + repeat("\"")},
+    };
+    for (const auto &[name, text] : inputs) {
+        const std::clock_t begin = std::clock();
+        const std::string error = ErrorOf(text);
+        const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+        EXPECT_NE(error, "") << name;
+        EXPECT_LT(error.size(), 1000u) << name;
+        EXPECT_LT(seconds, 1) << name;
+    }
+}
+
+// A text with a bit of everything, cut at every byte and damaged at random: it parses, or ends in an Error.
+TEST(ParserErrors, CutAndDamagedTextNeverDoesWorse) {
+    const std::string text =
+        "LookAt 0 0 5 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" [ 30 ]\nFilm \"image\" \"string "
+        "filename\" \"a.exr\"\n" +
+        World("Texture \"t\" \"float\" \"constant\" \"float value\" 1 # c\nMakeNamedMaterial \"m\" \"string "
+              "type\" \"hair\" \"texture beta_m\" \"t\"\n"
+              "AttributeBegin NamedMaterial \"m\" Rotate 45 0 0 1\nShape \"curve\" \"point P\" [0 0 0 1 .5 "
+              "-2e-1 2 0 0 3 0 0] \"float width0\" .1 \"string type\" \"cylinder\"\n"
+              "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0] \"string type\" \"ribbon\" \"normal N\" [0 0 "
+              "1 0 1 0] \"integer degree\" [2]\nAttributeEnd\n"
+              "ObjectBegin \"o\" Shape \"sphere\" \"float radius\" 2 ObjectEnd ObjectInstance "
+              "\"o\"\nTransform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1]\n"
+              "LightSource \"distant\" \"blackbody L\" [5000 1] \"spectrum scale\" [400 1 700 .5] \"bool b\" "
+              "true");
+    ASSERT_EQ(ErrorOf(text), "");
+    size_t parsed = 0, refused = 0;
+    const auto feed = [&](const std::string &s) {
+        // Anything but an Error ends the test.
+        (ErrorOf(s).empty() ? parsed : refused)++;
+    };
+    for (size_t n = 0; n < text.size(); ++n)
+        feed(text.substr(0, n));
+    std::mt19937 random(3);
+    constexpr std::string_view kBytes = "\"[]#-+.eE019 \n\tPx\\\0\xff";
+    for (int i = 0; i < 20000; ++i) {
+        std::string s = text;
+        for (unsigned k = 0; k < 1 + random() % 3; ++k) {
+            const size_t at = random() % s.size();
+            switch (random() % 3) {
+            case 0:
+                s[at] = kBytes[random() % kBytes.size()];
+                break;
+            case 1:
+                s.erase(at, 1 + random() % 8);
+                break;
+            default:
+                s.insert(at, s.substr(random() % s.size(), random() % 30));
+            }
+        }
+        feed(s);
+    }
+    FlushWarnings();
+    std::cout << parsed << " parsed, " << refused << " refused\n";
+    EXPECT_GT(parsed, 100u);
+    EXPECT_GT(refused, 10000u);
+}
+
+} // namespace
+} // namespace cuticle
