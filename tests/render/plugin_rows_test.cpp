@@ -245,7 +245,7 @@ TEST(PluginRows, AreWholeAndFitTheManual) {
     }
 }
 
-// A hair parameter on a shape is the material's, whichever model reads it, as pbrt-v3 has it for all materials.
+// A hair parameter on a shape is the material's, whichever model reads it: pbrt-v3's rule for materials.
 TEST(PluginRows, EveryHairParameterWorksOnAShape) {
     const PluginInfo *hair = MaterialPlugins().Find("hair");
     ASSERT_NE(hair, nullptr);
