@@ -32,6 +32,7 @@ LITERATE = [
     "src/shapes/curve_tree.*",
     "src/core/lanes.h",
     "src/core/sampling.*",
+    "src/core/quadrature.*",
     "src/materials/hair_material.*",
     "src/render/path.*",
     "src/render/integrator.*",

@@ -5,6 +5,7 @@
 #include "core/clock.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "fibers/hair_lanes.h"
 #include "files/file.h"
 #include "materials/hair_models.h"
 #include "render/plugins.h"

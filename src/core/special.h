@@ -31,6 +31,12 @@ template <std::floating_point T>
 CUTICLE_INLINE T Select(bool condition, T yes, T no) {
     return condition ? yes : no;
 }
+// An angle, as its sine and its cosine.
+template <typename V>
+struct SinCosine {
+    V sin, cos;
+};
+
 // The larger of two numbers; a if b is smaller or not comparable.
 template <std::floating_point T>
 CUTICLE_INLINE T Max(T a, T b) {

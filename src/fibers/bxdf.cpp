@@ -28,8 +28,8 @@ Spectrum FiberBxDF::Sample_f(const Vector3f &wo, Vector3f *wi, const Point2f &u,
 //<
 
 //> Divide by the cosine that the renderer multiplies by
-// A light in the plane of the ribbon has |wi.z| = 0: 1e-20 stands for it, there and in the sampled direction, so
-// that value, direction and density agree for every direction.
+// A light in the plane of the ribbon has |wi.z| = 0: 1e-20 stands for it, there and in the sampled direction,
+// so that value, direction and density agree for every direction.
 constexpr Float kMinCosine = 1e-20f;
 
 Spectrum FiberBxDF::WithoutCosine(const std::array<Float, 3> &fCos, const Vector3f &wi) {

@@ -5,6 +5,10 @@
 #include "core/color.h"
 
 #include <array>
+#include <cstddef>
+#include <memory>
+#include <new>
+#include <utility>
 
 namespace cuticle {
 
@@ -20,8 +24,8 @@ enum BxDFType {
 //<
 
 //> Evaluate, sample and weigh a pair of directions
-// Directions are unit vectors in the local frame of the surface point and point away from it: z the normal; for a fiber
-// x the tangent from root to tip and y across the width.
+// Directions are unit vectors in the local frame of the surface point and point away from it: z the normal;
+// for a fiber x the tangent from root to tip and y across the width.
 class BxDF {
   public:
     explicit BxDF(BxDFType t) : type(t) {}
@@ -40,13 +44,13 @@ class BxDF {
 //<
 
 //> Say what every model of a fiber offers beyond that
-// Scatters over the whole sphere; needs four random numbers for a direction; gives value and density in one evaluation.
-// pbrt-v3's methods are made of these two.
+// Scatters over the whole sphere; needs four random numbers for a direction; gives value and density in one
+// evaluation. pbrt-v3's methods are made of these two.
 class FiberBxDF : public BxDF {
   public:
     FiberBxDF() : BxDF(static_cast<BxDFType>(BSDF_GLOSSY | BSDF_REFLECTION | BSDF_TRANSMISSION)) {}
-    // f without the cosine |wi.z|, which the renderer multiplies by (where |wi.z| < 1e-20 it is taken as 1e-20), and the
-    // density of Sample_f in *pdf.
+    // f without the cosine |wi.z|, which the renderer multiplies by (where |wi.z| < 1e-20 it is taken as
+    // 1e-20), and the density of Sample_f in *pdf.
     virtual Spectrum FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const = 0;
     // Chooses wi from four numbers in [0, 1). *pdf = 0 (and f black): no direction.
     virtual Spectrum Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<Float, 4> &u,
@@ -66,9 +70,49 @@ class FiberBxDF : public BxDF {
 };
 //<
 
+//> Hold any model of a fiber in place
+// Whoever keeps a fiber's model needs to know none of them: no header of a model, no heap. Empty at first.
+class FiberStorage {
+  public:
+    static constexpr size_t kBytes = 1024;
+
+    FiberStorage() = default;
+    FiberStorage(const FiberStorage &other) : copy_(other.copy_) {
+        fiber_ = other.fiber_ ? copy_(*other.fiber_, bytes_) : nullptr;
+    }
+    FiberStorage &operator=(const FiberStorage &) = delete;
+    ~FiberStorage() {
+        if (fiber_)
+            fiber_->~FiberBxDF();
+    }
+    // Replaces what it holds by Model(args...). Tables that the model refers to must outlive it.
+    template <class Model, class... Args>
+    const Model &Emplace(Args &&...args) {
+        static_assert(sizeof(Model) <= kBytes && alignof(Model) <= kAlignment);
+        if (fiber_)
+            std::exchange(fiber_, nullptr)->~FiberBxDF();
+        const auto *model = new (bytes_) Model(std::forward<Args>(args)...);
+        fiber_ = model;
+        copy_ = [](const FiberBxDF &from, void *to) -> const FiberBxDF * {
+            return new (to) Model(static_cast<const Model &>(from));
+        };
+        return *model;
+    }
+    // Null if there is none.
+    const FiberBxDF *Get() const { return fiber_; }
+
+  private:
+    static constexpr size_t kAlignment = 16;
+    alignas(kAlignment) std::byte bytes_[kBytes];
+    const FiberBxDF *fiber_ = nullptr;
+    const FiberBxDF *(*copy_)(const FiberBxDF &from, void *to) = nullptr;
+};
+//<
+
 //> Turn a numeric model into a BSDF
-// Model::Evaluate(wo, wi) and Model::Sample(wo, u, &wi) give a FiberValue. Numbers of a direction, or of u, that are not
-// finite pass through minima and maxima unseen: nanTaint, 0 or NaN, carries them into the results, to be counted there.
+// Model::Evaluate(wo, wi) and Model::Sample(wo, u, &wi) give a FiberValue. Numbers of a direction, or of u,
+// that are not finite pass through minima and maxima unseen: nanTaint, 0 or NaN, carries them into the
+// results, to be counted there.
 template <typename T>
 struct FiberValue {
     std::array<T, 3> fCos; // f |wi.z| in r, g, b
@@ -102,6 +146,42 @@ class BxDFOf : public FiberBxDF {
     explicit BxDFOf(const Model &model) : model_(model) {}
     const Model model_;
 };
+//<
+
+//> Offer a model in double
+// Value and density of a model by whatever code, behind one interface: references of charts and of the atlas.
+class FiberInDouble {
+  public:
+    virtual ~FiberInDouble() = default;
+    virtual FiberValue<double> Evaluate(const Vector3d &wo, const Vector3d &wi) const = 0;
+    // Chooses *wi from four numbers in [0, 1). pdf 0: none.
+    virtual FiberValue<double> Sample(const Vector3d &wo, const std::array<double, 4> &u,
+                                      Vector3d *wi) const = 0;
+};
+// Any numeric model in double. table: what it looks things up in, kept as long as this.
+template <class Model>
+class NumericFiber final : public FiberInDouble {
+  public:
+    explicit NumericFiber(const Model &model, std::shared_ptr<const void> table = nullptr)
+        : model_(model), table_(std::move(table)) {}
+    FiberValue<double> Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        const auto value = model_.Evaluate(wo, wi);
+        return {value.fCos, value.pdf};
+    }
+    FiberValue<double> Sample(const Vector3d &wo, const std::array<double, 4> &u,
+                              Vector3d *wi) const override {
+        const auto value = model_.Sample(wo, u, wi);
+        return {value.fCos, value.pdf};
+    }
+
+  private:
+    Model model_;
+    std::shared_ptr<const void> table_;
+};
+template <class Model>
+std::unique_ptr<FiberInDouble> InDouble(const Model &model, std::shared_ptr<const void> table = nullptr) {
+    return std::make_unique<NumericFiber<Model>>(model, std::move(table));
+}
 //<
 
 } // namespace cuticle

@@ -2,6 +2,10 @@
 #include "fibers/deon.h"
 
 #include "core/error.h"
+#include "fibers/ap.h"
+#include "fibers/fiber_angles.h"
+#include "fibers/longitudinal_forms.h"
+#include "fibers/np.h"
 
 #include <sstream>
 
@@ -50,7 +54,7 @@ size_t DEonQuadrature<T>::Nodes(int p, const Inside &fiber) const {
 
 //> Integrate one lobe over the width
 //> Attenuate a path, or all that have no lobe
-// With the Fresnel factor of the half angle R's is put in later, where both directions are known.
+// The Fresnel factor of the half angle, if R has it, is put in later, where both directions are known.
 template <typename T>
 std::array<T, 3> DEonQuadrature<T>::Attenuation(int p, T gamma, const Inside &fiber) const {
     if (p == 0 && parameters.halfAngleFresnel)
@@ -85,8 +89,8 @@ T DEonQuadrature<T>::Seen(T beta, T phi, T turn) const {
     return (Gaussian(beta, from - WrapAngle(turn)) + Gaussian(beta, from - WrapAngle(Other(turn)))) / 2;
 }
 //<
-// density: the same sum, of luminance and without the loss of the nearest detector, normalised: it is exactly how Sample
-// distributes phi, whatever the nodes.
+// density: the same sum, of luminance and without the loss of the nearest detector, normalised: it is exactly
+// how Sample distributes phi, whatever the nodes.
 template <typename T>
 AroundValue<T> DEonQuadrature<T>::Value(size_t p, const Inside &fiber, T phi) const {
     if (parameters.IsTail(p)) {
@@ -183,8 +187,9 @@ DEon<T, Around>::DEon(const DEonParameters &p, const Around &a) : parameters(p),
     along_[3] = {p.longitudinal, kPi<T> / 180 * T(p.betaM[2]), 0};
 }
 //> Share out the samples of d'Eon's model
-// By the luminance of each lobe where most of it is seen. At the viewer's own inclination alone, a viewer along the fiber
-// would sample nothing but R, and meet TT, half a width away, with weights of hundreds.
+// Shares are the luminance of each lobe where most of it is seen. At the viewer's own inclination alone, a
+// viewer along the fiber would sample nothing but R, and meet TT, half a width away, with weights of
+// hundreds.
 template <typename T, class Around>
 typename DEon<T, Around>::Shares DEon<T, Around>::SharesOf(T cosThetaO) const {
     const auto inside = around.At(cosThetaO);

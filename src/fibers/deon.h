@@ -12,22 +12,23 @@
 namespace cuticle {
 
 //> Choose how an azimuth is seen
-// Wrapped: the Gaussian detector, all images of an angle. Nearest: Zinke and Weber's treatment, differences of azimuths
-// in (-pi, pi] as they are, so that half of a lobe at +-pi is lost. For comparison. Logistic: that of Chiang et al. 2016,
-// of the same standard deviation before it is trimmed to [-pi, pi]; in the near field at the viewer's inclination this is
-// HairBSDF, with as many lobes as one likes.
+// Wrapped: the Gaussian detector, all images of an angle. Nearest: Zinke and Weber's treatment, differences
+// of azimuths in (-pi, pi] as they are, so that half of a lobe at +-pi is lost. For comparison. Logistic:
+// that of Chiang et al. 2016, of the same standard deviation before it is trimmed to [-pi, pi]; in the near
+// field at the viewer's inclination this is HairBSDF, with as many lobes as one likes.
 enum class AzimuthalDetector { Wrapped, Nearest, Logistic };
 //<
 
 //> Choose where attenuation is taken
-// HalfDifference: N_p at theta_d, as published: reciprocal, and conserves energy if all lobes are equally wide along the
-// fiber. Viewer: at theta_o, as HairBSDF does: conserves energy for any widths, and is not reciprocal.
+// HalfDifference: N_p at theta_d, as published: reciprocal, and conserves energy if all lobes are equally
+// wide along the fiber. Viewer: at theta_o, as HairBSDF does: conserves energy for any widths, and is not
+// reciprocal.
 enum class AttenuationInclination { HalfDifference, Viewer };
 //<
 
 //> List the parameters of d'Eon's model
-// Angles in degrees, in the order R, TT, TRT; orders beyond have TRT's widths and no shift. Values that are not finite
-// throw Error; others out of range are clamped.
+// Angles in degrees, in the order R, TT, TRT; orders beyond have TRT's widths and no shift. Values that are
+// not finite throw Error; others out of range are clamped.
 //
 //   eta      1.001 to 1e3
 //   sigmaA   absorption per fiber radius, at least 0
@@ -53,7 +54,8 @@ struct DEonParameters {
     AzimuthalDetector detector = AzimuthalDetector::Wrapped;
     SegmentLength length = SegmentLength::Chord;
     LongitudinalForm longitudinal = LongitudinalForm::Spherical;
-    // Nodes in h of one Gauss rule over the whole width, 1 to 64; the paper takes 35. 0: as many as the roughness asks for.
+    // Nodes in h of one Gauss rule over the whole width, 1 to 64; the paper takes 35. 0: as many as the
+    // roughness asks for.
     int order = 0;
 
     size_t AllLobes() const { return static_cast<size_t>(lobes) + (tail ? 1 : 0); }
@@ -89,10 +91,11 @@ class DEonQuadrature {
     // The integral of N_p over phi, by the nodes that N_p has.
     std::array<T, 3> Mean(size_t p, const Inside &fiber) const;
 
-    // N_p by a Gauss-Legendre rule of `order` nodes in h, over [-1, 1] as printed, or over [0, 1] with both signs of phi.
+    // N_p by a Gauss-Legendre rule of `order` nodes in h, over [-1, 1] as printed, or over [0, 1] with both
+    // signs of phi.
     std::array<T, 3> ByFixedOrder(int p, const Inside &fiber, T phi, size_t order, bool half) const;
-    // What Value sums over: f(turn, light), light that leaves at +turn and -turn, half each (all of it at turn if h is
-    // given). Not for the tail.
+    // Visits what Value sums over: f(turn, light), light that leaves at +turn and -turn, half each (all of it
+    // at turn if h is given). Not for the tail.
     template <typename F>
     void ForEachRay(size_t p, const Inside &fiber, F f) const;
     T Width(size_t p) const { return betaN_[std::min(p, size_t(2))]; }
@@ -116,9 +119,10 @@ class DEonQuadrature {
 
 //> Lay out the nodes
 //> Choose the order from the roughness
-// A Gaussian of width beta is integrated over Phi by nodes about 1.7 widths apart in the middle of a panel, where a Gauss
-// rule's lie pi / 2 times as far from each other as on average; 5 more are for the ends. Measured: an RMS error of N_p
-// below 1e-3 from beta = 0.5 to 80 degrees. reach: how far Phi runs over the panel.
+// A Gaussian of width beta is integrated over Phi by nodes about 1.7 widths apart in the middle of a panel,
+// where a Gauss rule's lie pi / 2 times as far from each other as on average; 5 more are for the ends.
+// Measured: an RMS error of N_p below 1e-3 from beta = 0.5 to 80 degrees. reach: how far Phi runs over the
+// panel.
 template <typename T>
 size_t NodesFor(T reach, T beta) {
     const T spacings = T(0.9L) * reach / beta;
@@ -132,8 +136,8 @@ void NodesOfOrder(size_t order, bool half, F f) {
     for (size_t i = 0; i < order; ++i)
         f(std::asin(half ? (T(rule.x[i]) + 1) / 2 : T(rule.x[i])), T(rule.w[i]) / 2);
 }
-// Over half of the width, gamma in [0, pi/2], dh = cos gamma dgamma: f(gamma, weight) with weights that add up to 1. Split
-// at the turning point, and into rules of at most kMaxNodes.
+// Over half of the width, gamma in [0, pi/2], dh = cos gamma dgamma: f(gamma, weight) with weights that add
+// up to 1. Split at the turning point, and into rules of at most kMaxNodes.
 template <typename T, typename F>
 void NodesOnPanel(T low, T high, size_t nodes, F f) {
     const size_t pieces = (nodes + kMaxNodes - 1) / kMaxNodes;
@@ -215,8 +219,8 @@ class DEon {
 //<
 
 //> Say what d'Eon's class takes
-// d'Eon, Francois, Hill, Letteri and Aubry 2011. Far field unless h is given. Throws Error for parameters that are not
-// finite.
+// d'Eon, Francois, Hill, Letteri and Aubry 2011. Far field unless h is given. Throws Error for parameters
+// that are not finite.
 class DEonBSDF final : public BxDFOf<DEon<Float, DEonQuadrature<Float>>> {
   public:
     explicit DEonBSDF(const DEonParameters &parameters);
@@ -226,9 +230,9 @@ std::string DescribeDEon(const char *name, const DEonParameters &parameters);
 //<
 
 //> Declare the model whose lobes are counted by the light
-// Of a fiber with h given, whose attenuation is taken at the viewer's inclination: the first orders have a lobe each, as many
-// as it takes until those beyond, which share the tail, hold no more than tailShare of the light that leaves; at least
-// one, at most `lobes`. All light leaves, whatever the number.
+// The model of a fiber with h given, whose attenuation is taken at the viewer's inclination: the first orders
+// have a lobe each, as many as it takes until those beyond, which share the tail, hold no more than tailShare
+// of the light that leaves; at least one, at most `lobes`. All light leaves, whatever the number.
 template <typename T>
 class ChosenLobes {
   public:
@@ -249,7 +253,8 @@ class ChosenLobes {
   private:
     DEon<T, DEonQuadrature<T>> At(const Vector3<T> &wo) const;
 };
-// Throws Error for parameters that are not finite, and for a fiber without h or without a tail, or at another inclination.
+// Throws Error for parameters that are not finite, and for a fiber without h or without a tail, or at another
+// inclination.
 class ChosenLobesBSDF final : public BxDFOf<ChosenLobes<Float>> {
   public:
     ChosenLobesBSDF(const DEonParameters &parameters, Float tailShare);
@@ -258,9 +263,9 @@ class ChosenLobesBSDF final : public BxDFOf<ChosenLobes<Float>> {
 //<
 
 //> Tabulate $N_p$
-// All lobes of one fiber over theta_d and phi; what is tabulated does not depend on alpha and betaM. Made with all threads
-// of the current task arena, in hundredths of a second, or half a second of one core where lobes are narrowest. Throws
-// Error for a near-field fiber. T is float or double.
+// All lobes of one fiber over theta_d and phi; what is tabulated does not depend on alpha and betaM. Made
+// with all threads of the current task arena, in hundredths of a second, or half a second of one core where
+// lobes are narrowest. Throws Error for a near-field fiber. T is float or double.
 template <typename T>
 class DEonTableOf {
   public:
@@ -268,7 +273,7 @@ class DEonTableOf {
     // The same table for the same parameters, while anyone holds it. Thread-safe.
     static std::shared_ptr<const DEonTableOf> Cached(const DEonParameters &parameters);
 
-    // What the model asks of a table, which must outlive it.
+    // A view offers what the model asks of a table, which must outlive it.
     class View {
       public:
         explicit View(const DEonTableOf *table) : table_(table) {}

@@ -1,7 +1,9 @@
 //> Define the table of $N_p$
 #include "core/error.h"
 #include "core/parallel.h"
+#include "fibers/ap.h"
 #include "fibers/deon.h"
+#include "fibers/np.h"
 
 #include <mutex>
 
@@ -9,8 +11,8 @@ namespace cuticle {
 
 namespace {
 //> Choose the table's resolution
-// Columns: a tenth of the narrowest width apart, or a degree; at most 2048. Rows: 64, and more for narrow lobes, since
-// caustics move from row to row.
+// Columns: a tenth of the narrowest width apart, or a degree; at most 2048. Rows: 64, and more for narrow
+// lobes, since caustics move from row to row.
 size_t ColumnsFor(const DEonParameters &p) {
     const float narrowest = std::min({p.betaN[0], p.betaN[1], p.betaN[2]});
     return 1 + static_cast<size_t>(std::clamp(180 / std::min(1.f, narrowest / 10), 180.f, 2048.f));
@@ -31,8 +33,9 @@ T RowOfCosTheta(T cosTheta) {
 }
 //<
 //> Find the columns near an azimuth
-// The first and the last of the columns on [0, pi], `step` apart, within `reach` of an azimuth or of its mirror image in
-// the plane of the viewer. The image on the same side is the nearer of the two for all of them.
+// The first and the last of the columns on [0, pi], `step` apart, within `reach` of an azimuth or of its
+// mirror image in the plane of the viewer. The image on the same side is the nearer of the two for all of
+// them.
 std::pair<size_t, size_t> ColumnsNear(double turn, double reach, double step, size_t columns) {
     const double at = std::abs(WrapAngle(turn)), last = static_cast<double>(columns - 1);
     return {static_cast<size_t>(std::max(std::ceil((at - reach) / step), 0.)),
@@ -166,8 +169,8 @@ AroundValue<T> DEonTableOf<T>::View::Value(size_t p, const Inside &inside, T phi
 //<
 
 //> Draw an azimuth from the table
-// A row of the two by what it holds, a column by the cumulated sums, a place in it by the linear density; the sign comes
-// from u's upper bit.
+// A row of the two by what it holds, a column by the cumulated sums, a place in it by the linear density; the
+// sign comes from u's upper bit.
 template <typename T>
 T DEonTableOf<T>::View::Sample(size_t p, const Inside &inside, T rest, T u) const {
     const T low = (1 - inside.fraction) * table_->mean_[table_->Row(inside.row, p)],

@@ -80,8 +80,8 @@ double FiberHistogram::Density(size_t c, size_t channel, const Vector3d &w) cons
 //<
 
 //> Average the cells of a cut
-// inside is called with a function to be called for each row and column of the point. Sums and sums of squares add up as
-// if no sample had a share in two of the cells, which is as good as true for narrow cuts.
+// inside is called with a function to be called for each row and column of the point. Sums and sums of
+// squares add up as if no sample had a share in two of the cells, which is as good as true for narrow cuts.
 template <typename Inside>
 void FiberHistogram::AddPoint(LobeSlice *slice, double angle, size_t c, size_t channel,
                               const Inside &inside) const {

@@ -10,8 +10,9 @@
 namespace cuticle {
 
 //> Cut the sphere of directions into cells
-// rows of theta from -pi/2 (row 0, toward the root) to pi/2, either of equal height in sin theta, so that all cells have
-// one solid angle, or of equal theta, which resolves lobes alike everywhere; columns of phi from -pi to pi.
+// rows of theta from -pi/2 (row 0, toward the root) to pi/2, either of equal height in sin theta, so that all
+// cells have one solid angle, or of equal theta, which resolves lobes alike everywhere; columns of phi from
+// -pi to pi.
 struct SphereCells {
     size_t rows = 180, columns = 360;
     bool equalSolidAngle = false;
@@ -33,23 +34,23 @@ struct SphereCells {
 //<
 
 //> Describe a measured curve
-// A cut through a histogram: at each angle (radians) the mean density over the cells of the cut, 1/sr, and its standard
-// error.
+// A cut through a histogram: at each angle (radians) the mean density over the cells of the cut, 1/sr, and
+// its standard error.
 struct LobeSlice {
     std::vector<double> angle, value, error;
 };
 //<
 
 //> Declare the histogram
-// What a fiber, lit from one direction, scatters into each cell of the sphere: of the power that meets the fiber, the
-// share that leaves into the cell, with sums of squares for the error, apart for each class of paths and each
-// channel (colour). Classes: p = 0 (R), 1 (TT), 2 (TRT), ... up to orders - 1; Rest(): all higher p; Medulla(): scattered
-// in the medulla at least once; Sum(): everything.
+// Holds what a fiber, lit from one direction, scatters into each cell of the sphere: of the power that meets
+// the fiber, the share that leaves into the cell, with sums of squares for the error, apart for each class of
+// paths and each channel (colour). Classes: p = 0 (R), 1 (TT), 2 (TRT), ... up to orders - 1; Rest(): all
+// higher p; Medulla(): scattered in the medulla at least once; Sum(): everything.
 //
-// Density is p(w | w_lit), the share per steradian. It is what a BSDF gives for f(w_lit, w) |w.z| with w_lit the
-// viewer's direction: averaged over h in the far field, and at the same h in the near field. Marschner's S, in which
-// radiance from a fiber is the integral of S L_i cos theta_i, is p / cos theta of w; S is symmetric in its two directions
-// (for an ellipse, S times the width that the fiber shows to the light is).
+// Density is p(w | w_lit), the share per steradian. It is what a BSDF gives for f(w_lit, w) |w.z| with w_lit
+// the viewer's direction: averaged over h in the far field, and at the same h in the near field. Marschner's
+// S, in which radiance from a fiber is the integral of S L_i cos theta_i, is p / cos theta of w; S is
+// symmetric in its two directions (for an ellipse, S times the width that the fiber shows to the light is).
 class FiberHistogram {
   public:
     FiberHistogram(const SphereCells &cells, int orders, size_t channels);
@@ -71,24 +72,25 @@ class FiberHistogram {
     double Albedo(size_t c, size_t channel) const { return Mean(c, channel, cells_.Count()); }
     double AlbedoError(size_t c, size_t channel) const { return Error(c, channel, cells_.Count()); }
     uint64_t Samples() const { return samples_; }
-    // The share of light whose paths were given up because they would not end: 0 but for directions along the axis.
+    // The share of light whose paths were given up because they would not end: 0 but for directions along the
+    // axis.
     double Lost() const { return samples_ > 0 ? lost_ / static_cast<double>(samples_) : 0; }
     //<
 
     //> Cut a histogram
-    // Cells whose centres lie within halfWidth of phi (of theta) are averaged, the nearest alone if there are none.
-    // Over the rows, at phi: angle is theta, -pi/2 to pi/2.
+    // Cells whose centres lie within halfWidth of phi (of theta) are averaged, the nearest alone if there are
+    // none. Over the rows, at phi: angle is theta, -pi/2 to pi/2.
     LobeSlice AlongTheta(size_t c, size_t channel, double phi, double halfWidth) const;
-    // Around the fiber, at theta: angle is phi, -pi to pi. theta = 0 is the normal plane, minus the light's theta
-    // the specular cone.
+    // Around the fiber, at theta: angle is phi, -pi to pi. theta = 0 is the normal plane, minus the light's
+    // theta the specular cone.
     LobeSlice AroundPhi(size_t c, size_t channel, double theta, double halfWidth) const;
-    // All around the plane of the fiber and the light, at azimuth phi: angle is theta on the light's side and pi -
-    // theta beyond, -pi/2 to 3 pi/2.
+    // All around the plane of the fiber and the light, at azimuth phi: angle is theta on the light's side and
+    // pi - theta beyond, -pi/2 to 3 pi/2.
     LobeSlice IncidencePlane(size_t c, size_t channel, double phi, double halfWidth) const;
     //<
 
-    // Comma-separated: one line for each class and cell with its edges in degrees, solid angle, and for each channel
-    // density and standard error. The first line names the columns.
+    // Comma-separated: one line for each class and cell with its edges in degrees, solid angle, and for each
+    // channel density and standard error. The first line names the columns.
     std::string ToCsv() const;
 
     //> Add to a histogram

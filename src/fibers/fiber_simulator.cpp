@@ -4,7 +4,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/sampling.h"
-#include "fibers/hair_model.h"
+#include "fibers/ap.h"
 
 namespace cuticle {
 
@@ -15,8 +15,9 @@ double Uniform(RNG *rng) { return (rng->UniformUInt32() + 0.5) * 0x1p-32; }
 //<
 
 //> Hold a path on its way
-// Light that travels along w at (y, z) in the section, in the frame of its axes. What remains of its weight is known by
-// the lengths that it has gone in cortex and medulla; brightest is the least absorbed channel's transmittance.
+// Light that travels along w at (y, z) in the section, in the frame of its axes. What remains of its weight
+// is known by the lengths that it has gone in cortex and medulla; brightest is the least absorbed channel's
+// transmittance.
 struct Path {
     enum class Stage { Scales, Facet, Interior, Outside };
     Stage stage = Stage::Scales;
@@ -195,9 +196,9 @@ Path Tracer::Enter(RNG *rng) const {
 //<
 
 //> Find the way through the scales
-// In the plane of the fiber's axis (du, toward the tip) and the normal (dn) the surface is a saw: facets that rise from 0
-// at along = 0 to the slope at along = 1, then fall straight, the riser facing the tip. Rays enter and leave through the
-// lines above = slope, outside, and above = 0, inside.
+// The surface is a saw in the plane of the fiber's axis (du, toward the tip) and the normal (dn): facets that
+// rise from 0 at along = 0 to the slope at along = 1, then fall straight, the riser facing the tip. Rays
+// enter and leave through the lines above = slope, outside, and above = 0, inside.
 void Tracer::IntersectScales(Path path) {
     const Vector3d n = Normal(path);
     const double du = toTip_ * path.w.x, dn = Dot(path.w, n), side = path.inside ? -1 : 1;
@@ -233,7 +234,8 @@ void Tracer::IntersectScales(Path path) {
 //<
 
 //> Turn the surface's frame with the scale
-// Facets lean toward the root: their normal is that of the mean surface, turned by alpha toward -x. A riser's is the axis.
+// Facets lean toward the root: their normal is that of the mean surface, turned by alpha toward -x. A riser's
+// is the axis.
 Tracer::SurfaceFrame Tracer::FrameAt(const Path &path) const {
     const Vector3d n = Normal(path), u(1, 0, 0);
     if (path.atRiser)
@@ -243,8 +245,8 @@ Tracer::SurfaceFrame Tracer::FrameAt(const Path &path) const {
 //<
 
 //> Reflect and refract at a facet
-// Inside the fiber everything is turned over, point by point: up becomes down, and the surface seen from below is a surface
-// seen from above. So w here always comes from above.
+// Inside the fiber everything is turned over, point by point: up becomes down, and the surface seen from
+// below is a surface seen from above. So w here always comes from above.
 void Tracer::IntersectFacet(Path path) {
     const SurfaceFrame frame = FrameAt(path);
     const double side = path.inside ? -1 : 1;
@@ -453,8 +455,8 @@ FiberHistogram SimulateFiber(const FiberDescription &fiber, const FiberLight &li
     CheckFiber(fiber);
     CheckMeasurement(light, measurement);
     FiberHistogram histogram(measurement.cells, measurement.orders, fiber.sigmaA.size());
-    // Chunks of samples have random numbers of their own, and are added up in their order: sums are the same to the last
-    // bit whoever traced them.
+    // Chunks of samples have random numbers of their own, and are added up in their order: sums are the same
+    // to the last bit whoever traced them.
     constexpr uint64_t kChunk = 4096, kWave = 64;
     std::vector<Deposits> wave(kWave, Deposits(histogram.Classes(), histogram.Channels()));
     for (uint64_t begin = 0; begin < measurement.samples; begin += kChunk * kWave) {

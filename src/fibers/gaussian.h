@@ -1,8 +1,9 @@
 //> Blur with Gaussians, on a line and on a circle
-// For the models that came before a spherical lobe. T is float or double.
+// The models that came before a spherical lobe blur with these. T is float or double.
 #pragma once
 
-#include "fibers/hair_model.h"
+#include "core/special.h"
+#include "core/vecmath.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,9 +19,9 @@ T Gaussian(T beta, T x) {
 //<
 
 //> Wrap the Gaussian around a circle
-// d'Eon et al. 2011, equation 11: sum over k of g(beta; x - 2 pi k), any x, any beta > 0. Narrow: the nearest image and
-// its two neighbours. Wide: Poisson's sum of the same, whose terms are the cosines damped by exp(-n^2 beta^2 / 2).
-// Either is exact to 1e-16 on its side of beta = 1.1.
+// d'Eon et al. 2011, equation 11: sum over k of g(beta; x - 2 pi k), any x, any beta > 0. Narrow: the nearest
+// image and its two neighbours. Wide: Poisson's sum of the same, whose terms are the cosines damped by
+// exp(-n^2 beta^2 / 2). Either is exact to 1e-16 on its side of beta = 1.1.
 template <typename T>
 T GaussianDetector(T beta, T x) {
     const T turn = 2 * kPi<T>, d = x - turn * std::nearbyint(x / turn);
@@ -36,8 +37,8 @@ T GaussianDetector(T beta, T x) {
 //<
 
 //> Invert the error function
-// x in (-1, 1), clamped to the nearest numbers inside: a start that is good to 2e-3 (Winitzki 2008), then two steps of
-// Halley's method.
+// x in (-1, 1), clamped to the nearest numbers inside: a start that is good to 2e-3 (Winitzki 2008), then two
+// steps of Halley's method.
 template <typename T>
 T InverseErf(T x) {
     const T edge = 1 - std::numeric_limits<T>::epsilon() / 2;
@@ -53,8 +54,9 @@ T InverseErf(T x) {
 //<
 
 //> Cut a Gaussian to an interval, and draw from it
-// Of the given mean and standard deviation on [low, high], normalised there. mass: how much of the whole Gaussian lies
-// inside. Below 1e-6 the interval counts as missed: Density is 0, Sample gives the end nearer to the mean.
+// The Gaussian has the given mean and standard deviation and is normalised on [low, high]. mass: how much of
+// the whole Gaussian lies inside. Below 1e-6 the interval counts as missed: Density is 0, Sample gives the
+// end nearer to the mean.
 template <typename T>
 class TruncatedGaussian {
   public:
@@ -79,7 +81,7 @@ class TruncatedGaussian {
 //<
 
 //> Draw $\theta$ with a density proportional to $\cos^2 \theta \, d\theta$
-// What a diffuse fiber sends out: sin theta is a coordinate of a point that is uniform in the unit disk.
+// A diffuse fiber sends this out: sin theta is a coordinate of a point that is uniform in the unit disk.
 template <typename T>
 SinCosine<T> SampleCosineSquared(T u, T v) {
     const T r = std::sqrt(u), a = 2 * kPi<T> * v, x = r * std::cos(a), y = r * std::sin(a);

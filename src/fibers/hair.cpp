@@ -2,7 +2,7 @@
 #include "fibers/hair.h"
 
 #include "core/error.h"
-#include "fibers/hair_model.h"
+#include "core/special.h"
 
 #include <sstream>
 
@@ -12,8 +12,7 @@ namespace {
 //> Refuse what has no meaning, clamp what is out of range
 // The message is made aside, so that the constructor stays short.
 [[noreturn, gnu::cold, gnu::noinline]] void Refuse(const char *name, float value) {
-    throw Error(std::string("HairBSDF: ") + name + " is " + std::to_string(value) +
-                "; it must be a number, eta and alpha finite");
+    throw Error("HairBSDF: {} is {:f}", name, value).WithRemedy("it must be a number, eta and alpha finite");
 }
 inline float Clamped(const char *name, float value, float low, float high) {
     if (std::isnan(value)) [[unlikely]]

@@ -1,6 +1,9 @@
 //> Write the BSDF as the text has it
 #include "fibers/hair_as_printed.h"
 
+#include "core/special.h"
+#include "fibers/models.h"
+
 #include <algorithm>
 
 namespace cuticle::as_printed {
@@ -182,6 +185,47 @@ Spectrum HairBSDF::Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<F
     for (int q = 0; q <= pMax; ++q)
         *pdf += shares[static_cast<size_t>(q)] * Lobe(q, wo, *wi, dPhi, gammaT);
     return f(wo, *wi);
+}
+//<
+
+//> Put the printed model behind the interface of models in double
+Float SigmaAFromReflectance(Float reflectance, Float betaN) {
+    return Sqr(std::log(reflectance) / Polynomial(betaN, 5.969f, -0.215f, 2.532f, -10.73f, 5.574f, 0.245f));
+}
+
+namespace {
+class Printed final : public FiberInDouble {
+  public:
+    Printed(const FiberInputs &at, Tilt tilt)
+        : hair_(at.h, at.eta, Spectrum(at.sigmaA[0], at.sigmaA[1], at.sigmaA[2]), at.betaM, at.betaN,
+                at.alpha, tilt) {}
+    FiberValue<double> Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        const Vector3f o(wo), i(wi);
+        return ValueOf(hair_.f(o, i), i, hair_.Pdf(o, i));
+    }
+    FiberValue<double> Sample(const Vector3d &wo, const std::array<double, 4> &u,
+                              Vector3d *wi) const override {
+        std::array<Float, 4> numbers;
+        for (size_t i = 0; i < 4; ++i)
+            numbers[i] = static_cast<Float>(u[i]);
+        Vector3f i;
+        Float pdf = 0;
+        const Spectrum f = hair_.Sample_f(Vector3f(wo), &i, numbers, &pdf);
+        *wi = Vector3d(i);
+        return ValueOf(f, i, pdf);
+    }
+
+  private:
+    static FiberValue<double> ValueOf(const Spectrum &f, const Vector3f &wi, Float pdf) {
+        const double cosine = wi.z == 0 ? 1 : std::abs(double(wi.z));
+        return {{double(f[0]) * cosine, double(f[1]) * cosine, double(f[2]) * cosine}, double(pdf)};
+    }
+    HairBSDF hair_;
+};
+} // namespace
+
+std::unique_ptr<FiberInDouble> PrintedFiber(const FiberInputs &at, Tilt tilt) {
+    return std::make_unique<Printed>(at, tilt);
 }
 //<
 

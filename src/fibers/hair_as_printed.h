@@ -1,18 +1,23 @@
 //> Keep the formulas as they were printed
-// What Pharr's text of 2016 says, and d'Eon's paper of M_p, faults included, each named where it stands: for tests, charts
-// and what a scene asks for as printed. The model that renders is in hair_model.h.
+// This file keeps what Pharr's text of 2016 and d'Eon's paper of M_p say, faults included, each named where
+// it stands: for tests, charts and what a scene asks for as printed. The model that renders is in
+// mp.h, ap.h, np.h and hair_model.h.
 #pragma once
 
 #include "fibers/bxdf.h"
-#include "fibers/hair_lanes.h"
 
 #include <array>
 #include <cmath>
 
+namespace cuticle {
+struct FiberInputs;
+}
+
 namespace cuticle::as_printed {
 
 //> Sum ten terms of $I_0$
-// Sum of (x/2)^(2k) / k!^2. Used up to x = 12, where ten terms fall short by 2%. d'Eon 2011, equation 15, has eleven.
+// Sum of (x/2)^(2k) / k!^2. Used up to x = 12, where ten terms fall short by 2%. d'Eon 2011, equation 15, has
+// eleven.
 template <typename T, int terms = 10>
 T I0(T x) {
     T term = 1, sum = 0;
@@ -25,8 +30,8 @@ T I0(T x) {
 //<
 
 //> Approximate $\log I_0$
-// d'Eon 2013, for x > 12. The asymptotic series asks for 1/(8x) beside the square root; printed inside the factor
-// one half, it counts half: 0.57% low at x = 12.
+// d'Eon 2013, for x > 12. The asymptotic series asks for 1/(8x) beside the square root; printed inside the
+// factor one half, it counts half: 0.57% low at x = 12.
 template <typename T>
 T LogI0(T x) {
     if (x > 12)
@@ -47,9 +52,9 @@ T Mp(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
 //<
 
 //> Take $M_p$ from d'Eon's paper word for word
-// d'Eon 2011, equations 7 and 15, for any v. Eleven terms are all of I_0 up to an argument of about 12: beyond, light is
-// lost. In binary32 sinh(1/v) overflows below v = 0.0113: nothing is left, and no number where the exponential
-// overflows as well.
+// d'Eon 2011, equations 7 and 15, for any v. Eleven terms are all of I_0 up to an argument of about 12:
+// beyond, light is lost. In binary32 sinh(1/v) overflows below v = 0.0113: nothing is left, and no number
+// where the exponential overflows as well.
 template <typename T>
 T MpOf2011(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
     return std::exp(-sinThetaI * sinThetaO / v) * I0<T, 11>(cosThetaI * cosThetaO / v) /
@@ -58,8 +63,8 @@ T MpOf2011(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
 //<
 
 //> Say where the scales tilt
-// OnThetaI: Pharr's text rotates theta_i at evaluation, after sampling; cos theta d theta is not kept and energy
-// with it. OnThetaO: pbrt-v3's program, exact, but toward the tip. None: alpha is ignored.
+// OnThetaI: Pharr's text rotates theta_i at evaluation, after sampling; cos theta d theta is not kept and
+// energy with it. OnThetaO: pbrt-v3's program, exact, but toward the tip. None: alpha is ignored.
 enum class Tilt { None, OnThetaI, OnThetaO };
 //<
 
@@ -90,6 +95,13 @@ class HairBSDF {
     std::array<Float, pMax + 1> v_;
     std::array<Float, 3> sin2kAlpha_, cos2kAlpha_;
 };
+//<
+
+//> Offer the printed model beside ours
+// Chiang's fit of a colour, nothing clamped.
+Float SigmaAFromReflectance(Float reflectance, Float betaN);
+// Makes the BSDF above, in float, behind the interface of models in double. No parameter is clamped.
+std::unique_ptr<FiberInDouble> PrintedFiber(const FiberInputs &at, Tilt tilt);
 //<
 
 } // namespace cuticle::as_printed

@@ -9,10 +9,20 @@
 
 namespace cuticle {
 
+//> Say what the letters stand for
+// T is float, double or long double. V is one of these, or a register of floats that holds one number for
+// each lobe or for each colour; functions of V are what the fast kernels and the plain model share.
+//
+// theta is the angle from the plane normal to the fiber, sin theta = w.x, positive toward the tip. phi is the
+// angle around the fiber. Suffix O: toward the viewer. I: toward the light. T: inside. p counts the segments
+// inside.
+inline constexpr int kLobes = 4;
+//<
+
 //> Choose which way the scales tilt the lobes
-// With u from root to tip and angles measured toward the tip, the R lobe lies at theta_i + theta_o = -2 alpha
-// as Marschner et al. 2003 measured and as Pharr's text has it: RootToTip. pbrt-v3's program has it at +2
-// alpha.
+// The R lobe, with u from root to tip and angles measured toward the tip, lies at theta_i + theta_o = -2
+// alpha as Marschner et al. 2003 measured and as Pharr's text has it: RootToTip. pbrt-v3's program has it at
+// +2 alpha.
 enum class ScaleTilt { RootToTip, PbrtV3 };
 //<
 

@@ -2,8 +2,10 @@
 #include "fibers/kajiya_kay.h"
 
 #include "core/error.h"
+#include "fibers/ap.h"
+#include "fibers/fiber_angles.h"
 #include "fibers/gaussian.h"
-#include "fibers/hair_model.h"
+#include "fibers/mp.h"
 
 #include <sstream>
 
@@ -11,8 +13,8 @@ namespace cuticle {
 
 namespace {
 //> Divide gamma functions half a step apart
-// Gamma(x + 1/2) / Gamma(x), x > 0: moved up to x >= 10 by the recurrence, then the asymptotic series about the middle,
-// w = x - 1/4, where odd powers vanish. What is left out is 0.14 / w^16, below 3e-17.
+// Gamma(x + 1/2) / Gamma(x), x > 0: moved up to x >= 10 by the recurrence, then the asymptotic series about
+// the middle, w = x - 1/4, where odd powers vanish. What is left out is 0.14 / w^16, below 3e-17.
 template <typename T>
 T HalfStepGammaRatio(T x) {
     T factor = 1;
@@ -58,7 +60,7 @@ FiberValue<T> KajiyaKay<T>::Evaluate(const Vector3<T> &wo, const Vector3<T> &wi)
     const FiberAngles<T> o = AnglesOf(wo.x, wo.y, wo.z), i = AnglesOf(wi.x, wi.y, wi.z);
     const T diffuse = i.cosTheta / Sqr(kPi<T>);
     //> Raise $\cos(\theta_i + \theta_o)$ to its power
-    // From 1 - cos, which keeps its digits where the power is large.
+    // Starts from 1 - cos, which keeps its digits where the power is large.
     const T x = OneMinusCosSum(i.sinTheta, i.cosTheta, o.sinTheta, o.cosTheta);
     const T power = x < 1 ? std::exp(exponent * std::log1p(-x)) : T(0);
     //<

@@ -29,10 +29,10 @@ class KajiyaKay {
 //<
 
 //> Say what the class takes
-// Kajiya and Kay 1989. Kd: energy of the diffuse term. Ks: energy of the highlight for a view square to the fiber.
-// exponent: of the cosine, in [0, 1e6], clamped; the lobe's standard deviation is about 1 / sqrt(exponent) radians.
-// Colours below 0 are taken as 0. NaN anywhere, or an infinite colour, throws Error. The model conserves no energy
-// and is not mended: see chapter 11.
+// Kajiya and Kay 1989. Kd: energy of the diffuse term. Ks: energy of the highlight for a view square to the
+// fiber. exponent: of the cosine, in [0, 1e6], clamped; the lobe's standard deviation is about 1 /
+// sqrt(exponent) radians. Colours below 0 are taken as 0. NaN anywhere, or an infinite colour, throws Error.
+// The model conserves no energy and is not mended: see chapter 11.
 class KajiyaKayBSDF final : public BxDFOf<KajiyaKay<Float>> {
   public:
     KajiyaKayBSDF(const Spectrum &kd, const Spectrum &ks, Float exponent);

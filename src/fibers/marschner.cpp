@@ -2,6 +2,10 @@
 #include "fibers/marschner.h"
 
 #include "core/error.h"
+#include "fibers/ap.h"
+#include "fibers/fiber_angles.h"
+#include "fibers/longitudinal_forms.h"
+#include "fibers/np.h"
 
 #include <sstream>
 
@@ -45,7 +49,8 @@ Marschner<T>::Marschner(const MarschnerParameters &p) : parameters(p), eta_(p.et
 //<
 
 //> Sum over the paths that leave at $\phi$
-// Equation 8. paths: the circle whose rays are followed; fiber: the one whose Fresnel factors and lengths count.
+// Equation 8. paths: the circle whose rays are followed; fiber: the one whose Fresnel factors and lengths
+// count.
 template <typename T>
 std::array<T, 3> Marschner<T>::ThroughRoots(int p, T phi, const SmoothFiber<T> &paths,
                                             const SmoothFiber<T> &fiber) const {
@@ -62,9 +67,10 @@ std::array<T, 3> Marschner<T>::ThroughRoots(int p, T phi, const SmoothFiber<T> &
 //<
 
 //> Bend the index for eccentric fibers
-// Section 5.2.3 with a^-2 at phi_h = 0: with a < 1 and phi measured from the major axis, that is where the exact
-// caustics of an ellipse are (4.8 degrees at phi_i = 0, 32.6 at 90 for a = 0.9, eta 1.55; this gives 4.2 and 40.9, the
-// printed pairing the reverse). Below 1.001 there would be no refraction: an extreme printed a is stopped there.
+// Section 5.2.3 with a^-2 at phi_h = 0: with a < 1 and phi measured from the major axis, that is where the
+// exact caustics of an ellipse are (4.8 degrees at phi_i = 0, 32.6 at 90 for a = 0.9, eta 1.55; this gives
+// 4.2 and 40.9, the printed pairing the reverse). Below 1.001 there would be no refraction: an extreme
+// printed a is stopped there.
 template <typename T>
 T Marschner<T>::EtaStar(T phiH) const {
     const T a = T(parameters.eccentricity), square = parameters.printedEccentricity ? a * a : 1 / (a * a);
@@ -75,13 +81,13 @@ T Marschner<T>::EtaStar(T phiH) const {
 
 //> Put a smooth lobe in the place of a caustic
 //> Describe the glints of one inclination
-// phiC: their azimuths are +-phiC. fade: t of the paper. power: k_G t A dh, of each of the two, per colour; A is taken
-// at the caustic's h, the paper leaves open where. energy: luminance of both.
+// phiC: their azimuths are +-phiC. fade: t of the paper. power: k_G t A dh, of each of the two, per colour; A
+// is taken at the caustic's h, the paper leaves open where. energy: luminance of both.
 template <typename T>
 struct Marschner<T>::Glint {
     T phiC, width, fade, energy;
     std::array<T, 3> power;
-    // What is left of the path's own light, and the two lobes.
+    // Adds what is left of the path's own light to the two lobes.
     T Kept(T phi) const {
         const T peak = Gaussian(width, T(0));
         return std::max(T(0), (1 - fade * GaussianDetector(width, phi - phiC) / peak)) *
@@ -90,8 +96,8 @@ struct Marschner<T>::Glint {
     T Lobes(T phi) const { return GaussianDetector(width, phi - phiC) + GaussianDetector(width, phi + phiC); }
 };
 //<
-// The procedure of section 5.2.2. dh is the width in h of what lands within wc of the caustic; beyond the merge the
-// glints stay at phi = 0 and fade out.
+// The procedure of section 5.2.2. dh is the width in h of what lands within wc of the caustic; beyond the
+// merge the glints stay at phi = 0 and fade out.
 template <typename T>
 typename Marschner<T>::Glint Marschner<T>::GlintOf(T cosThetaD, T etaStar) const {
     const SmoothFiber<T> bent(cosThetaD, etaStar);
@@ -116,8 +122,8 @@ typename Marschner<T>::Glint Marschner<T>::GlintOf(T cosThetaD, T etaStar) const
 //<
 
 //> Evaluate $N_p$ of a smooth fiber
-// The Fresnel factors and lengths of TRT stay those of index eta, as the paper's conclusion says; only the paths are
-// those of eta*.
+// The Fresnel factors and lengths of TRT stay those of index eta, as the paper's conclusion says; only the
+// paths are those of eta*.
 template <typename T>
 std::array<T, 3> Marschner<T>::Azimuthal(int p, T cosThetaD, T phi, T phiH) const {
     const SmoothFiber<T> fiber(cosThetaD, eta_);
@@ -135,8 +141,8 @@ std::array<T, 3> Marschner<T>::Azimuthal(int p, T cosThetaD, T phi, T phiH) cons
 
 //> Look at the fiber from one side
 //> Say what depends on the viewer alone
-// share: the chance to sample R, TT, TRT, the diffuse term; by luminance, of light that enters where most of a lobe is
-// seen. trt: luminance of TRT without glints.
+// share: the chance to sample R, TT, TRT, the diffuse term; by luminance, of light that enters where most of
+// a lobe is seen. trt: luminance of TRT without glints.
 template <typename T>
 struct Marschner<T>::View {
     FiberAngles<T> angles;
@@ -171,8 +177,8 @@ typename Marschner<T>::View Marschner<T>::ViewOf(const Vector3<T> &wo) const {
 //<
 
 //> Sample the azimuth of a smooth fiber
-// R: uniform, which N_R nearly is. TT: a ray at uniform h. TRT: that, or a glint, or uniform where the fiber is
-// eccentric, since eta* then depends on the azimuth to be chosen and the ray is followed at another.
+// R: uniform, which N_R nearly is. TT: a ray at uniform h. TRT: that, or a glint, or uniform where the fiber
+// is eccentric, since eta* then depends on the azimuth to be chosen and the ray is followed at another.
 template <typename T>
 T Marschner<T>::Path(int p, T gamma, const SmoothFiber<T> &fiber) const {
     return parameters.roots == RootMethod::Cubic

@@ -10,8 +10,8 @@
 namespace cuticle {
 
 //> List the parameters of Table 1
-// Angles in degrees. alpha and beta are those of theta_h = (theta_i + theta_o) / 2, in the order R, TT, TRT. Values that
-// are not finite throw Error; others out of range are clamped.
+// Angles in degrees. alpha and beta are those of theta_h = (theta_i + theta_o) / 2, in the order R, TT, TRT.
+// Values that are not finite throw Error; others out of range are clamped.
 //
 //   eta           1.001 to 1e3
 //   sigmaA        absorption per fiber radius, at least 0
@@ -37,7 +37,8 @@ struct MarschnerParameters {
     RootMethod roots = RootMethod::Exact;
     SegmentLength length = SegmentLength::Chord;
     LongitudinalForm longitudinal = LongitudinalForm::FullAngle;
-    // The printed eta* has its caustics the wrong way round: a^2 belongs to phi_h = 90 degrees. True: as printed.
+    // The printed eta* has its caustics the wrong way round: a^2 belongs to phi_h = 90 degrees. True: as
+    // printed.
     bool printedEccentricity = false;
 };
 //<
@@ -54,7 +55,8 @@ class Marschner {
     // Chooses *wi from four numbers in (0, 1).
     FiberValue<T> Sample(const Vector3<T> &wo, std::array<T, 4> u, Vector3<T> *wi) const;
 
-    // N_p of p = 0, 1, 2 at cos theta_d; phi = phi_o - phi_i (any sign: N_p is even), phiH their mean from the major axis.
+    // N_p of p = 0, 1, 2 at cos theta_d; phi = phi_o - phi_i (any sign: N_p is even), phiH their mean from
+    // the major axis.
     std::array<T, 3> Azimuthal(int p, T cosThetaD, T phi, T phiH) const;
     // eta* of the TRT lobe.
     T EtaStar(T phiH) const;
@@ -81,7 +83,8 @@ class Marschner {
 //<
 
 //> Say what Marschner's class takes
-// Marschner, Jensen, Cammarano, Worley and Hanrahan 2003. Far field. Throws Error for parameters that are not finite.
+// Marschner, Jensen, Cammarano, Worley and Hanrahan 2003. Far field. Throws Error for parameters that are not
+// finite.
 class MarschnerBSDF final : public BxDFOf<Marschner<Float>> {
   public:
     explicit MarschnerBSDF(const MarschnerParameters &parameters);

@@ -4,7 +4,8 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/sampling.h"
-#include "fibers/hair_model.h"
+#include "fibers/fiber_angles.h"
+#include "fibers/np.h"
 
 #include <mutex>
 #include <numeric>
@@ -32,8 +33,9 @@ FiberTable::FiberTable(const FiberDescription &fiber, uint64_t samples) : fiber_
 //<
 
 //> Simulate one direction of the viewer
-// The viewer sends the light: what would leave toward wi is what comes from there. The fiber is turned instead of the
-// viewer, so that columns are phi_i - phi_o. A circle looks alike from both sides, which halves the noise.
+// The viewer sends the light: what would leave toward wi is what comes from there. The fiber is turned
+// instead of the viewer, so that columns are phi_i - phi_o. A circle looks alike from both sides, which
+// halves the noise.
 void FiberTable::Fill(size_t entry, uint64_t samples) {
     const size_t iTheta = entry / PhiCount(), iPhi = entry % PhiCount(), channels = Levels().size();
     FiberLight viewer;
@@ -121,8 +123,9 @@ std::shared_ptr<const FiberTable> FiberTable::Cached(const FiberDescription &fib
 //<
 
 //> Spread cells by hats
-// A cell's share is spread by a hat: highest at the cell's middle, 0 at the middles of its neighbours. At the two poles,
-// where the share for each step of theta ends at 0, the hat of the last row ends at the pole. Each integrates to 1.
+// A cell's share is spread by a hat: highest at the cell's middle, 0 at the middles of its neighbours. At the
+// two poles, where the share for each step of theta ends at 0, the hat of the last row ends at the pole. Each
+// integrates to 1.
 namespace {
 template <typename T>
 struct Hat {
@@ -216,8 +219,8 @@ size_t Choose(std::span<const float> shares, float total, T *u) {
 //<
 
 //> Blend the levels of absorption
-// Light after length l is x^(l/2) of x = exp(-2 sigma); l is about 2 for TT, 4 for TRT, less where little is left: nearly
-// linear in x.
+// Light after length l is x^(l/2) of x = exp(-2 sigma); l is about 2 for TT, 4 for TRT, less where little is
+// left: nearly linear in x.
 template <typename T>
 Tabulated<T>::Tabulated(const FiberTable *table, const std::array<double, 3> &sigmaA, double axis)
     : table_(table), axis_(static_cast<T>(axis)) {
@@ -271,8 +274,8 @@ typename Tabulated<T>::View Tabulated<T>::ViewOf(const Vector3<T> &wo) const {
 //<
 
 //> Look a direction up
-// The density in theta and phi, over cos theta: that for each steradian. Sampled in proportion to the mean of the three
-// colours.
+// The density in theta and phi, over cos theta: that for each steradian. Sampled in proportion to the mean of
+// the three colours.
 template <typename T>
 FiberValue<T> Tabulated<T>::Look(const View &view, T thetaI, T cosThetaI, T phi) const {
     const Covers<T> row = RowHats<T>(view.middle).Over(thetaI),

@@ -10,13 +10,14 @@
 namespace cuticle {
 
 //> Say what a table holds
-// What the simulator finds for a grid of directions of the viewer and for a list of absorptions: fiber.sigmaA, ascending,
-// each a "channel" of the simulation and a level of the table. For every direction and level it holds the share of the
-// light that leaves into each cell of the sphere. Far field.
+// A table keeps what the simulator finds for a grid of directions of the viewer and for a list of
+// absorptions: fiber.sigmaA, ascending, each a "channel" of the simulation and a level of the table. For
+// every direction and level it holds the share of the light that leaves into each cell of the sphere. Far
+// field.
 class FiberTable {
   public:
-    // samples: rays for each direction of the viewer. Throws Error where SimulateFiber does, and for levels that do
-    // not ascend. Directions are simulated in parallel.
+    // samples: rays for each direction of the viewer. Throws Error where SimulateFiber does, and for levels
+    // that do not ascend. Directions are simulated in parallel.
     FiberTable(const FiberDescription &fiber, uint64_t samples);
     // Rays for each direction that make a table good enough for pictures, and soon: see the chapter.
     static uint64_t UsualSamples(const FiberDescription &fiber) {
@@ -33,25 +34,26 @@ class FiberTable {
     //> Lay out the grid
     static constexpr size_t kThetas =
         36; // of the viewer, in the middles of equal steps from -90 to 90 degrees
-    // Of the viewer, from the first semi-axis to the second; the ellipse's symmetry gives the rest. A circle needs 1.
+    // Azimuths of the viewer, from the first semi-axis to the second; the ellipse's symmetry gives the rest.
+    // A circle needs 1.
     static constexpr size_t kPhis = 13;
     static constexpr size_t kRows = 72, kColumns = 96; // of cells; columns of phi_i - phi_o from -pi to pi
-    // Half the rows lie on each side of the specular cone, whatever thetaO is: lobes stay where they are in the table
-    // while the viewer moves.
+    // Half the rows lie on each side of the specular cone, whatever thetaO is: lobes stay where they are in
+    // the table while the viewer moves.
     static SphereCells Cells(double thetaO);
     static double LastTheta() { return kPi<double> / 2 * (1 - 1. / kThetas); }
     //<
 
     //> Ask a table
-    // A few entries of the grid and their weights, which sum to 1: linear interpolation. mirrored: phi_i - phi_o counts the
-    // other way round.
+    // A few entries of the grid and their weights, which sum to 1: linear interpolation. mirrored: phi_i -
+    // phi_o counts the other way round.
     struct Place {
         size_t entry[4], count;
         float weight[4];
         bool mirrored;
     };
     Place At(double thetaO, double phiO) const; // phiO from the first semi-axis; NaN: any place
-    // Of one entry and level: all cells in rows, the sums of rows, the sum of all.
+    // The shares of one entry and level: all cells in rows, the sums of rows, the sum of all.
     std::span<const float> Shares(size_t entry, size_t level) const;
     std::span<const float> RowShares(size_t entry, size_t level) const;
     float Total(size_t entry, size_t level) const { return totals_[entry * Levels().size() + level]; }
@@ -71,8 +73,9 @@ class FiberTable {
 template <typename T>
 class Tabulated {
   public:
-    // sigmaA: per radius, for each colour; between two levels it is interpolated, beyond the last it is the last. axis: azimuth
-    // of the section's first semi-axis in the local frame, radians. The table must outlive the model.
+    // sigmaA: per radius, for each colour; between two levels it is interpolated, beyond the last it is the
+    // last. axis: azimuth of the section's first semi-axis in the local frame, radians. The table must
+    // outlive the model.
     Tabulated(const FiberTable *table, const std::array<double, 3> &sigmaA, double axis);
 
     FiberValue<T> Evaluate(const Vector3<T> &wo, const Vector3<T> &wi) const;
@@ -98,8 +101,8 @@ class Tabulated {
 //<
 
 //> Say what the tabulated class takes
-// Light in a fiber as the simulator finds it (exercises 1.1 and 1.2 of Pharr 2016, after Ogaki and others 2010). Throws
-// Error for numbers that are not finite; negative absorptions count as 0.
+// Light in a fiber as the simulator finds it (exercises 1.1 and 1.2 of Pharr 2016, after Ogaki and others
+// 2010). Throws Error for numbers that are not finite; negative absorptions count as 0.
 class TabulatedBSDF final : public BxDFOf<Tabulated<Float>> {
   public:
     TabulatedBSDF(const FiberTable *table, const Spectrum &sigmaA, Float axis);

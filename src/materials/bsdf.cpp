@@ -11,14 +11,12 @@ bool BSDF::HasNonSpecular() const {
 Spectrum BSDF::FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const {
     const Vector3f wo = frame_.ToLocal(woW), wi = frame_.ToLocal(wiW);
     *pdf = 0;
-    if (const auto *hair = std::get_if<HairBSDF>(&model_))
-        return scale_ * hair->FPdf(wo, wi, pdf) * std::abs(wi.z);
+    if (const FiberBxDF *fiber = Fiber())
+        return scale_ * fiber->FPdf(wo, wi, pdf) * std::abs(wi.z);
     if (const auto *s = std::get_if<SurfaceLobes>(&model_)) {
         const bool reflect = Dot(woW, n_) * Dot(wiW, n_) > 0;
         return scale_ * s->f(wo, wi, reflect, pdf) * std::abs(wi.z);
     }
-    if (const FiberBxDF *fiber = Fiber())
-        return scale_ * fiber->FPdf(wo, wi, pdf) * std::abs(wi.z);
     return {};
 }
 
@@ -26,14 +24,11 @@ bool BSDF::Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSamp
                     Spectrum *weight) const {
     const Vector3f wo = frame_.ToLocal(woW);
     Vector3f wi;
-    const auto fromFiber = [&](const auto &fiber) {
-        sample->f = fiber.Sample_f(wo, &wi, u, &sample->pdf);
+    if (const FiberBxDF *fiber = Fiber()) {
+        sample->f = fiber->Sample_f(wo, &wi, u, &sample->pdf);
         sample->specular = false;
         sample->transmission = wi.z * wo.z < 0;
         sample->eta = 1;
-    };
-    if (const auto *hair = std::get_if<HairBSDF>(&model_)) {
-        fromFiber(*hair);
     } else if (const auto *s = std::get_if<SurfaceLobes>(&model_)) {
         if (!s->Sample_f(wo, u[0], {u[1], u[2]}, sample))
             return false;
@@ -42,8 +37,6 @@ bool BSDF::Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSamp
             const bool reflect = Dot(frame_.FromLocal(wi), n_) * Dot(woW, n_) > 0;
             sample->f = s->f(wo, wi, reflect, &sample->pdf);
         }
-    } else if (const FiberBxDF *fiber = Fiber()) {
-        fromFiber(*fiber);
     } else {
         return false;
     }

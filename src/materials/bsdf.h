@@ -1,11 +1,7 @@
 // The scattering at one surface point: a hair model, or a few lobes for everything that is not hair.
 #pragma once
 
-#include "fibers/deon.h"
-#include "fibers/hair.h"
-#include "fibers/kajiya_kay.h"
-#include "fibers/marschner.h"
-#include "fibers/tabulated.h"
+#include "fibers/bxdf.h"
 #include "materials/surface_lobes.h"
 
 #include <variant>
@@ -17,15 +13,8 @@ class BSDF {
     // x, y, z: shading frame; n: geometric normal on the same side as the shading one.
     void SetFrame(const Frame &shading, const Normal3f &n) { frame_ = shading, n_ = n; }
     const Frame &ShadingFrame() const { return frame_; }
-    template <class... Args>
-    void SetHair(Args &&...args) {
-        model_.template emplace<HairBSDF>(std::forward<Args>(args)...);
-    }
-    // Any other model of a fiber, one of those in model_.
-    template <class Model, class... Args>
-    void SetFiber(Args &&...args) {
-        model_.template emplace<Model>(std::forward<Args>(args)...);
-    }
+    // For the model of a fiber, which the caller emplaces.
+    FiberStorage &SetFiber() { return model_.template emplace<FiberStorage>(); }
     SurfaceLobes &SetSurface() { return model_.template emplace<SurfaceLobes>(); }
 
     // A factor on everything that the model scatters, 1 at first.
@@ -34,17 +23,11 @@ class BSDF {
 
     // True if light sampling can contribute.
     bool HasNonSpecular() const;
-    bool IsHair() const { return std::holds_alternative<HairBSDF>(model_) || Fiber(); }
+    bool IsHair() const { return Fiber() != nullptr; }
     // The model of a fiber; null for everything else.
     const FiberBxDF *Fiber() const {
-        return std::visit(
-            [](const auto &model) -> const FiberBxDF * {
-                if constexpr (std::is_base_of_v<FiberBxDF, std::decay_t<decltype(model)>>)
-                    return &model;
-                else
-                    return nullptr;
-            },
-            model_);
+        const auto *fiber = std::get_if<FiberStorage>(&model_);
+        return fiber ? fiber->Get() : nullptr;
     }
     // f times |cos theta_i| and the density of Sample_f, for world directions of unit length.
     Spectrum FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const;
@@ -56,9 +39,7 @@ class BSDF {
     Frame frame_;
     Normal3f n_;
     Spectrum scale_{1};
-    std::variant<std::monostate, SurfaceLobes, HairBSDF, KajiyaKayBSDF, MarschnerBSDF, DEonBSDF,
-                 TabulatedDEonBSDF, ChosenLobesBSDF, TabulatedBSDF>
-        model_;
+    std::variant<std::monostate, SurfaceLobes, FiberStorage> model_;
 };
 
 } // namespace cuticle

@@ -1,13 +1,11 @@
-// Measures what an evaluation (value and density) and a sample cost in every model of a fiber, set-up
-// included, as at every hit.
+// What an evaluation (value and density) and a sample cost in every model of a fiber, in the forms that its
+// row names, set-up included, as at every hit.
 #include "core/sampling.h"
-#include "fibers/deon.h"
-#include "fibers/hair.h"
-#include "fibers/kajiya_kay.h"
-#include "fibers/marschner.h"
+#include "fibers/models.h"
 
 #include <benchmark/benchmark.h>
 
+#include <memory>
 #include <vector>
 
 namespace cuticle {
@@ -34,74 +32,40 @@ const std::vector<Query> &Queries() {
     return queries;
 }
 
-constexpr std::array<float, 3> kBrown = {0.84f, 1.39f, 2.74f};
-MarschnerParameters Marschners(RootMethod roots, float eccentricity) {
-    MarschnerParameters p;
-    p.sigmaA = kBrown, p.roots = roots, p.eccentricity = eccentricity;
-    return p;
-}
-DEonParameters DEons(float betaN) {
-    DEonParameters p;
-    p.sigmaA = kBrown, p.betaN = {betaN, betaN, betaN};
-    return p;
-}
-HairBSDF MakeChiang(const Query &q) { return {q.h, 1.55f, Spectrum(0.84f, 1.39f, 2.74f), 0.3f, 0.3f, 2}; }
-KajiyaKayBSDF MakeKajiyaKay(const Query &) { return {Spectrum(0.4f), Spectrum(0.2f), 50}; }
-template <RootMethod roots, int percent>
-MarschnerBSDF MakeMarschner(const Query &) {
-    return MarschnerBSDF(Marschners(roots, static_cast<float>(percent) / 100));
-}
-template <int degrees>
-DEonBSDF MakeDEon(const Query &) {
-    return DEonBSDF(DEons(degrees));
-}
-DEonBSDF MakeDEonNear(const Query &q) {
-    DEonParameters p = DEons(10);
-    p.h = q.h;
-    return DEonBSDF(p);
-}
-DEonBSDF MakeChiangSixLobes(const Query &q) {
-    DEonParameters p = DEons(10);
-    p.h = q.h, p.lobes = 6, p.detector = AzimuthalDetector::Logistic;
-    p.inclination = AttenuationInclination::Viewer;
-    return DEonBSDF(p);
-}
-TabulatedDEonBSDF MakeTable(const Query &) {
-    static const auto table = DEonTable::Cached(DEons(10));
-    return {DEons(10), table.get()};
-}
-
-template <auto make>
-void FAndPdf(benchmark::State &state) {
+// Calls run(fiber, query) with the model made at the offset of each query in turn.
+template <typename Run>
+void Repeat(benchmark::State &state, const FiberModel &model, const FiberForm &form, Run run) {
+    FiberInputs brown;
+    brown.sigmaA = {0.84f, 1.39f, 2.74f};
+    const PreparedFiber prepared(model, brown, form.own);
+    FiberInputs at = prepared.inputs;
+    FiberStorage fiber;
     size_t i = 0;
     for (auto _ : state) {
         const Query &q = Queries()[i++ & 1023];
-        const auto bsdf = make(q);
-        Float pdf = 0;
-        Spectrum f = bsdf.FPdf(q.wo, q.wi, &pdf);
-        benchmark::DoNotOptimize(f);
-        benchmark::DoNotOptimize(pdf);
+        at.h = q.h;
+        prepared.maker->Make(at, &fiber);
+        run(*fiber.Get(), q);
     }
 }
-template <auto make>
-void Sample(benchmark::State &state) {
-    size_t i = 0;
-    for (auto _ : state) {
-        const Query &q = Queries()[i++ & 1023];
-        const auto bsdf = make(q);
+
+void FAndPdf(benchmark::State &state, const FiberModel &model, const FiberForm &form) {
+    Repeat(state, model, form, [](const FiberBxDF &fiber, const Query &q) {
+        Float pdf = 0;
+        Spectrum f = fiber.FPdf(q.wo, q.wi, &pdf);
+        benchmark::DoNotOptimize(f);
+        benchmark::DoNotOptimize(pdf);
+    });
+}
+void Sample(benchmark::State &state, const FiberModel &model, const FiberForm &form) {
+    Repeat(state, model, form, [](const FiberBxDF &fiber, const Query &q) {
         Vector3f wi;
         Float pdf = 0;
-        Spectrum f = bsdf.Sample_f(q.wo, &wi, q.u, &pdf);
+        Spectrum f = fiber.Sample_f(q.wo, &wi, q.u, &pdf);
         benchmark::DoNotOptimize(f);
         benchmark::DoNotOptimize(wi);
         benchmark::DoNotOptimize(pdf);
-    }
-}
-
-template <auto make>
-void Register(const char *name) {
-    benchmark::RegisterBenchmark((std::string(name) + "/f_and_pdf").c_str(), FAndPdf<make>);
-    benchmark::RegisterBenchmark((std::string(name) + "/sample").c_str(), Sample<make>);
+    });
 }
 
 } // namespace
@@ -109,18 +73,16 @@ void Register(const char *name) {
 
 int main(int argc, char **argv) {
     using namespace cuticle;
-    Register<MakeChiang>("chiang");
-    Register<MakeChiangSixLobes>("chiang, six lobes");
-    Register<MakeKajiyaKay>("kajiya-kay");
-    Register<MakeMarschner<RootMethod::Exact, 100>>("marschner, exact roots");
-    Register<MakeMarschner<RootMethod::Cubic, 100>>("marschner, cubic");
-    Register<MakeMarschner<RootMethod::PolishedCubic, 100>>("marschner, polished");
-    Register<MakeMarschner<RootMethod::Exact, 90>>("marschner, eccentric");
-    Register<MakeDEon<20>>("deon, 20 degrees");
-    Register<MakeDEon<10>>("deon, 10 degrees");
-    Register<MakeDEon<3>>("deon, 3 degrees");
-    Register<MakeTable>("deon, table");
-    Register<MakeDEonNear>("deon, near");
+    for (const FiberModel &model : FiberModels())
+        for (const FiberForm &form : model.forms) {
+            std::string name(model.name);
+            if (!form.name.empty())
+                name += ", " + std::string(form.name);
+            benchmark::RegisterBenchmark((name + "/f_and_pdf").c_str(),
+                                         [&](benchmark::State &s) { FAndPdf(s, model, form); });
+            benchmark::RegisterBenchmark((name + "/sample").c_str(),
+                                         [&](benchmark::State &s) { Sample(s, model, form); });
+        }
     benchmark::Initialize(&argc, argv);
     benchmark::RunSpecifiedBenchmarks();
 }

@@ -1,9 +1,10 @@
-// d'Eon's model: its quadrature against a dense one, its energy, near field against far field, its table against its
-// quadrature, and samples that follow the density.
+// d'Eon's model: its quadrature against a dense one, its energy, near field against far field, its table
+// against its quadrature, and samples that follow the density.
 #include "fibers/deon.h"
 
 #include "core/error.h"
 #include "fibers/fiber_laws.h"
+#include "fibers/longitudinal_forms.h"
 
 #include <gtest/gtest.h>
 
@@ -149,9 +150,9 @@ double EnergyAlong(const DEonParameters &p, double theta) {
         return sum * i.cos;
     });
 }
-// A white fiber returns all light if every lobe is as wide along it: the sum over p of N_p is then 1 at every theta_d. With
-// widths of their own, lobes see other inclinations; evaluated at the viewer's inclination they would not. With the published Fresnel factor of R the N_p add up to something
-// else; how much is printed.
+// A white fiber returns all light if every lobe is as wide along it: the sum over p of N_p is then 1 at every
+// theta_d. With widths of their own, lobes see other inclinations; evaluated at the viewer's inclination they
+// would not. With the published Fresnel factor of R the N_p add up to something else; how much is printed.
 TEST(DEon, EnergyOfAWhiteFiber) {
     DEonParameters own = Fiber(10, 20, 0), published = own;
     own.betaM = {10, 5, 20};
@@ -320,7 +321,8 @@ TEST(DEonTable, SamplesFollowThePdf) {
     }
 }
 
-// An order of 35 is the published rule; its I_0 of eleven terms is right for wide lobes and loses narrow ones.
+// An order of 35 is the published rule; its I_0 of eleven terms is right for wide lobes and loses narrow
+// ones.
 TEST(DEon, AsPublished) {
     DEonParameters p = Fiber(25, 10, 0.2f);
     p.order = 35;
@@ -338,7 +340,8 @@ TEST(DEon, AsPublished) {
     std::printf("M_p as printed over ours, double: %.6f at 30 degrees, %.2e at 8\n", ratio(30), ratio(8));
     EXPECT_NEAR(ratio(30), 1, 1e-6);
     EXPECT_LT(ratio(8), 1e-3);
-    // sinh(1/v) overflows in float below v = 0.0113, a width of 6.1 degrees, and exp(sin^2 theta / v) soon after.
+    // sinh(1/v) overflows in float below v = 0.0113, a width of 6.1 degrees, and exp(sin^2 theta / v) soon
+    // after.
     const auto peak = [](float width, float theta) {
         const Inclination<float> view{std::sin(theta), std::cos(theta)}, mirror{-view.sin, view.cos};
         return LongitudinalLobe<float>(LongitudinalForm::Printed, width, 0).Value(view, mirror);
@@ -347,7 +350,7 @@ TEST(DEon, AsPublished) {
     EXPECT_TRUE(std::isnan(peak(0.05f, 0.9f)));
 }
 
-// --- lobes by the light ---------------------------------------------------------------------------------------------
+// --- lobes by the light ------------------------------------------------------------------------------------
 
 DEonParameters NearFiber(float h, float sigmaA) {
     DEonParameters p = Fiber(12, 15, sigmaA);
@@ -356,8 +359,8 @@ DEonParameters NearFiber(float h, float sigmaA) {
     return p;
 }
 
-// What orders beyond the lobes hold, from the geometric series itself: no more than the share, and one lobe fewer would leave
-// more. Black hair takes one lobe, white hair all of them toward grazing.
+// What orders beyond the lobes hold, from the geometric series itself: no more than the share, and one lobe
+// fewer would leave more. Black hair takes one lobe, white hair all of them toward grazing.
 TEST(ChosenLobes, LeaveNoMoreThanTheirShare) {
     const double share = 0.01;
     int fewest = 99, most = 0;

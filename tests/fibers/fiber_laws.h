@@ -1,5 +1,6 @@
-// Laws that every model of a fiber must obey, measured for any of them: its density integrates to 1, its samples follow
-// that density (Pearson's chi-squared), its samples' weights are bounded, and how much energy it returns.
+// Laws that every model of a fiber must obey, measured for any of them: its density integrates to 1, its
+// samples follow that density (Pearson's chi-squared), its samples' weights are bounded, and how much energy
+// it returns.
 #pragma once
 
 #include "core/sampling.h"
@@ -52,8 +53,8 @@ struct SampleTest {
     double largestWeight; // of f |cos| / pdf, any colour
     double worstMismatch; // of the density that Sample_f states against Pdf's in double, relative
 };
-// n directions drawn by the BSDF against the density of the reference. Cells are the panels of the furnace's quadrature,
-// 8 x 8 nodes each, pooled until each expects 8.
+// n directions drawn by the BSDF against the density of the reference. Cells are the panels of the furnace's
+// quadrature, 8 x 8 nodes each, pooled until each expects 8.
 inline SampleTest ChiSquared(const FiberBxDF &bsdf, const Reference &model, const Vector3d &wo,
                              const Peaks &peaks, uint64_t seed, int n) {
     const double turn = 2 * std::numbers::pi;

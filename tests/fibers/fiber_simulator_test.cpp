@@ -1,8 +1,8 @@
 // The fiber simulator against exact solutions, conservation laws and independent ray traces.
 //
-// Statistical tests compare with 5 standard errors: a deviation of that size has probability 6e-7 for each number, and
-// fewer than 5000 numbers are compared in this file, so that all of it fails by chance with less than 0.3%. Seeds are
-// fixed: a test that passes keeps passing.
+// Statistical tests compare with 5 standard errors: a deviation of that size has probability 6e-7 for each
+// number, and fewer than 5000 numbers are compared in this file, so that all of it fails by chance with less
+// than 0.3%. Seeds are fixed: a test that passes keeps passing.
 #include "fibers/fiber_simulator.h"
 
 #include "core/error.h"
@@ -26,8 +26,8 @@ FiberHistogram Measure(const FiberDescription &fiber, const FiberLight &light, u
     return SimulateFiber(fiber, light, m);
 }
 
-// Compares the densities of one class with expected shares of the cells, where enough light came to know the error.
-// Returns how many cells were compared.
+// Compares the densities of one class with expected shares of the cells, where enough light came to know the
+// error. Returns how many cells were compared.
 size_t Compare(const FiberHistogram &h, size_t c, size_t channel, const std::vector<double> &shares,
                const char *what) {
     size_t compared = 0;
@@ -46,7 +46,7 @@ size_t Compare(const FiberHistogram &h, size_t c, size_t channel, const std::vec
     return compared;
 }
 
-// --- the smooth circle, exactly -----------------------------------------------------------------------------------
+// --- the smooth circle, exactly ----------------------------------------------------------------------------
 
 // p, h -> A_p and Phi, from the plain formulas: Bravais index, Fresnel, Beer. theta in radians.
 struct Circle {
@@ -68,8 +68,9 @@ struct Circle {
     }
 };
 
-// The shares of the columns: between the exact h at which Phi passes an edge of a column, A_p is integrated over h / 2 by
-// Gauss and Legendre's three nodes. Phi is cut where it turns (at the caustics, found by bisection of its slope).
+// The shares of the columns: between the exact h at which Phi passes an edge of a column, A_p is integrated
+// over h / 2 by Gauss and Legendre's three nodes. Phi is cut where it turns (at the caustics, found by
+// bisection of its slope).
 std::vector<double> ExactShares(const Circle &circle, int p, size_t columns) {
     const auto bisect = [](double low, double high, const std::function<double(double)> &f) {
         const bool rising = f(high) > 0;
@@ -163,7 +164,8 @@ TEST(FiberSimulator, NearFieldFollowsPhiOfH) {
         }
 }
 
-// h_c^2 = (4 - eta'^2) / 3: TRT is brightest in the cell of Phi(2, h_c), until eta' = 2 brings both to the middle.
+// h_c^2 = (4 - eta'^2) / 3: TRT is brightest in the cell of Phi(2, h_c), until eta' = 2 brings both to the
+// middle.
 TEST(FiberSimulator, CausticsOfACircle) {
     for (const double theta : {0., 20., 35., 43., 50.}) {
         const SphereCells cells = {1, 720};
@@ -181,7 +183,7 @@ TEST(FiberSimulator, CausticsOfACircle) {
     }
 }
 
-// --- laws ---------------------------------------------------------------------------------------------------------
+// --- laws --------------------------------------------------------------------------------------------------
 
 std::vector<std::pair<const char *, FiberDescription>> AllKinds() {
     FiberDescription smooth, ellipse, beckmann, ggx, tilted, medulla, bubble, all;
@@ -198,7 +200,8 @@ std::vector<std::pair<const char *, FiberDescription>> AllKinds() {
             {"tilted", tilted}, {"medulla", medulla}, {"bubble", bubble},     {"all", all}};
 }
 
-// A clear fiber loses nothing: a walk over a rough surface goes on until it is outside, scales are a closed surface.
+// A clear fiber loses nothing: a walk over a rough surface goes on until it is outside, scales are a closed
+// surface.
 TEST(FiberSimulator, EnergyIsKept) {
     for (const auto &[name, fiber] : AllKinds())
         for (const double theta : {0., -60., 80.}) {
@@ -214,9 +217,9 @@ TEST(FiberSimulator, EnergyIsKept) {
         }
 }
 
-// Light from patch A that reaches patch B is as much as light from B that reaches A: the integral over both patches of
-// D(phi_i) cos theta_i p(w_o | w_i) is symmetric. 4 x 4 directions of light over a patch of 15 x 15 degrees, which stand
-// for all of it within 0.5%.
+// Light from patch A that reaches patch B is as much as light from B that reaches A: the integral over both
+// patches of D(phi_i) cos theta_i p(w_o | w_i) is symmetric. 4 x 4 directions of light over a patch of 15 x
+// 15 degrees, which stand for all of it within 0.5%.
 double FromPatchToPatch(const FiberDescription &fiber, size_t from, size_t to, double *variance,
                         uint64_t samples) {
     const SphereCells cells = {12, 24};
@@ -259,10 +262,10 @@ TEST(FiberSimulator, LightGoesBothWaysAlike) {
         }
 }
 
-// --- ellipses -----------------------------------------------------------------------------------------------------
+// --- ellipses ----------------------------------------------------------------------------------------------
 
-// An independent trace in two dimensions, theta_i = 0: semi-axes along y and z, points by the ellipse's parameter, Snell
-// by angles. Calls exit(p, azimuth, share) for p = 0, 1, 2.
+// An independent trace in two dimensions, theta_i = 0: semi-axes along y and z, points by the ellipse's
+// parameter, Snell by angles. Calls exit(p, azimuth, share) for p = 0, 1, 2.
 void TraceEllipse(double a, double b, double eta, double psi, double h,
                   const std::function<void(int, double, double)> &exit) {
     const auto normalAngle = [&](double t) { return std::atan2(std::sin(t) / b, std::cos(t) / a); };
@@ -295,7 +298,8 @@ void TraceEllipse(double a, double b, double eta, double psi, double h,
     double travel =
         normalAngle(t) + kPi<double> + std::asin(std::sin(incidence) / eta); // azimuth of travel inside
     for (int p = 1; p <= 2; ++p) {
-        // In the circle that the ellipse is stretched to, a chord in direction d from parameter t ends at 2 d - t + pi.
+        // In the circle that the ellipse is stretched to, a chord in direction d from parameter t ends at 2 d
+        // - t + pi.
         const double d = std::atan2(std::sin(travel) / b, std::cos(travel) / a);
         t = 2 * d - t + kPi<double>;
         const double in = std::remainder(travel - normalAngle(t), 2 * kPi<double>), s = eta * std::sin(in);
@@ -338,9 +342,10 @@ TEST(FiberSimulator, EllipsesAgreeWithAnIndependentTrace) {
     EXPECT_GT(compared, 400u);
 }
 
-// Erratum: with the major axis at azimuth 0 and minor over major 0.9, TRT is brightest at +-4.8 degrees for light along the
-// major axis and +-32.6 degrees across it. Marschner's eta* = 2 (eta - 1) a^2 - eta + 2, printed for phi_h = 0, gives 40.9,
-// with a^-2 in the place of a^2 it gives 4.2: the two are printed the wrong way round.
+// Erratum: with the major axis at azimuth 0 and minor over major 0.9, TRT is brightest at +-4.8 degrees for
+// light along the major axis and +-32.6 degrees across it. Marschner's eta* = 2 (eta - 1) a^2 - eta + 2,
+// printed for phi_h = 0, gives 40.9, with a^-2 in the place of a^2 it gives 4.2: the two are printed the
+// wrong way round.
 TEST(FiberSimulator, EccentricCausticsPairTheOtherWayRound) {
     const double a = 0.9, eta = 1.55;
     const auto caustic = [](double index) {
@@ -373,7 +378,7 @@ TEST(FiberSimulator, EccentricCausticsPairTheOtherWayRound) {
     }
 }
 
-// --- scales -------------------------------------------------------------------------------------------------------
+// --- scales ------------------------------------------------------------------------------------------------
 
 // The height theta_o of the strongest direction of class c, and its share of the class, in a ray's plane.
 double Peak(const FiberHistogram &h, size_t c, double *share) {
@@ -390,8 +395,9 @@ double Peak(const FiberHistogram &h, size_t c, double *share) {
     return h.Cells().Theta(at) / kDegree;
 }
 
-// Scales of 3 degrees, curves from root to tip: the sums theta_i + theta_o of the lobes at h = 0, which the facets alone
-// decide. Negative is toward the root. The peak holds most of its class; the rest has met a riser.
+// Scales of 3 degrees, curves from root to tip: the sums theta_i + theta_o of the lobes at h = 0, which the
+// facets alone decide. Negative is toward the root. The peak holds most of its class; the rest has met a
+// riser.
 TEST(FiberSimulator, ScalesShiftTheLobes) {
     FiberDescription fiber;
     fiber.alpha = 3 * kDegree;
@@ -411,8 +417,9 @@ TEST(FiberSimulator, ScalesShiftTheLobes) {
     }
 }
 
-// To first order the sums are 2 alpha (p eta'(theta_d) cos gamma_t - cos gamma_i): within 0.2 degrees for TT, 0.6 for TRT at
-// 3 degrees, up to 60 degrees from the tip. R goes around the cone as -2 alpha cos(phi / 2), within 0.15 degrees.
+// To first order the sums are 2 alpha (p eta'(theta_d) cos gamma_t - cos gamma_i): within 0.2 degrees for TT,
+// 0.6 for TRT at 3 degrees, up to 60 degrees from the tip. R goes around the cone as -2 alpha cos(phi / 2),
+// within 0.15 degrees.
 TEST(FiberSimulator, FirstOrderOfTheShift) {
     const double alpha = 3;
     FiberDescription fiber;
@@ -436,7 +443,8 @@ TEST(FiberSimulator, FirstOrderOfTheShift) {
     }
 }
 
-// The hair model tilts as the fiber does: R toward the root. Turned round, as pbrt-v3's program has it, it does not.
+// The hair model tilts as the fiber does: R toward the root. Turned round, as pbrt-v3's program has it, it
+// does not.
 TEST(FiberSimulator, TheModelTiltsTheSameWay) {
     FiberDescription fiber;
     fiber.alpha = 3 * kDegree;
@@ -452,11 +460,11 @@ TEST(FiberSimulator, TheModelTiltsTheSameWay) {
     EXPECT_LT(density(ScaleTilt::PbrtV3), 0.9);
 }
 
-// --- rough surfaces, absorption, medulla --------------------------------------------------------------------------
+// --- rough surfaces, absorption, medulla -------------------------------------------------------------------
 
-// Light reflected once, at h = 0, against the formula of Walter et al. 2007, F D G / (4 cos theta_i), with Smith's
-// height-correlated G = 1 / (1 + Lambda_i + Lambda_o). What is reflected twice or comes back out adds less than 2% at this
-// roughness near the peak; the sign of that is known.
+// Light reflected once, at h = 0, against the formula of Walter et al. 2007, F D G / (4 cos theta_i), with
+// Smith's height-correlated G = 1 / (1 + Lambda_i + Lambda_o). What is reflected twice or comes back out adds
+// less than 2% at this roughness near the peak; the sign of that is known.
 TEST(FiberSimulator, RoughReflectionIsTheMicrofacetFormula) {
     for (const MicrofacetDistribution kind :
          {MicrofacetDistribution::Beckmann, MicrofacetDistribution::GGX}) {
@@ -549,7 +557,8 @@ TEST(FiberSimulator, AMedullaLikeItsCortexIsNotThere) {
             EXPECT_NEAR(a.Albedo(c, k), b.Albedo(c, k), 1e-10) << a.ClassName(c);
 }
 
-// Through the middle of the medulla a ray is absorbed and scattered over 2 kappa / cos theta_t radii; beside it, not at all.
+// Through the middle of the medulla a ray is absorbed and scattered over 2 kappa / cos theta_t radii; beside
+// it, not at all.
 TEST(FiberSimulator, TheMedullaTakesWhatPassesThroughIt) {
     FiberDescription fiber;
     fiber.medullaRatio = 0.5, fiber.medullaSigmaA = {0.4}, fiber.medullaSigmaS = 0.7, fiber.medullaG = 0.2;
@@ -563,8 +572,8 @@ TEST(FiberSimulator, TheMedullaTakesWhatPassesThroughIt) {
     }
 }
 
-// Without an interface, a thin medulla scatters once: the mean cosine is g, but for the second scattering, which of light
-// scattered once another sigma_s l suffers at most.
+// Without an interface, a thin medulla scatters once: the mean cosine is g, but for the second scattering,
+// which of light scattered once another sigma_s l suffers at most.
 TEST(FiberSimulator, HenyeyAndGreensteinHaveTheirMeanCosine) {
     for (const double g : {-0.7, 0., 0.5}) {
         FiberDescription fiber;
@@ -582,7 +591,7 @@ TEST(FiberSimulator, HenyeyAndGreensteinHaveTheirMeanCosine) {
     }
 }
 
-// --- the instrument ------------------------------------------------------------------------------------------------
+// --- the instrument ----------------------------------------------------------------------------------------
 
 TEST(FiberSimulator, TheSeedDecidesNotTheThreads) {
     FiberDescription fiber;

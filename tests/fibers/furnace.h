@@ -1,9 +1,9 @@
 // Deterministic integration of a fiber's scattering over the sphere, for lobes of any width.
 //
-// Gauss-Legendre panels, uniform in a variable t that passes slowly over the peaks: t = k u + sum asinh((x - c) / w)
-// over the centres c and widths w. Directions of binary32 are known to 6e-8 only, which is 1/500 of the narrowest
-// lobe: the integrand is therefore evaluated at the rounded direction and carried to the node by its
-// derivative along the panel.
+// Gauss-Legendre panels, uniform in a variable t that passes slowly over the peaks: t = k u + sum asinh((x -
+// c) / w) over the centres c and widths w. Directions of binary32 are known to 6e-8 only, which is 1/500 of
+// the narrowest lobe: the integrand is therefore evaluated at the rounded direction and carried to the node
+// by its derivative along the panel.
 #pragma once
 
 #include <algorithm>

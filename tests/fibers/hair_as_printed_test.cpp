@@ -1,5 +1,5 @@
-// The faults of the printed formulas, measured: what the stable forms are for. Each test would fail if the fault were
-// not there, and shows the size that the book quotes.
+// The faults of the printed formulas, measured: what the stable forms are for. Each test would fail if the
+// fault were not there, and shows the size that the book quotes.
 #include "fibers/hair_as_printed.h"
 
 #include "core/sampling.h"

@@ -1,7 +1,8 @@
 // The directions that Sample_f chooses against the density that Pdf states, by Pearson's chi-squared test.
 //
-// The cells are the panels of the furnace's quadrature: small on the lobes, large between them. What each should
-// hold is integrated in double, 8 x 8 Gauss-Legendre nodes in a cell; the samples are the kernels' own.
+// The cells are the panels of the furnace's quadrature: small on the lobes, large between them. What each
+// should hold is integrated in double, 8 x 8 Gauss-Legendre nodes in a cell; the samples are the kernels'
+// own.
 #include "core/sampling.h"
 #include "fibers/every_kernel.h"
 #include "fibers/hair.h"

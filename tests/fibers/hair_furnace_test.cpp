@@ -1,5 +1,5 @@
-// The white furnace: a fiber that absorbs nothing returns all light. By quadrature of f itself, since a furnace that
-// samples the BSDF returns the sum of A_p whatever M_p and N_p are.
+// The white furnace: a fiber that absorbs nothing returns all light. By quadrature of f itself, since a
+// furnace that samples the BSDF returns the sum of A_p whatever M_p and N_p are.
 #include "fibers/every_kernel.h"
 #include "fibers/furnace.h"
 #include "fibers/hair_peaks.h"
@@ -114,11 +114,13 @@ TEST(Hair, WhiteFurnaceByQuadratureInFloat) {
     EXPECT_LE(worst, 1e-5) << where;
 }
 
-// The energy and the integral of the density, of the public class with the kernels, over the whole sphere at once.
+// The energy and the integral of the density, of the public class with the kernels, over the whole sphere at
+// once.
 //
-// Binary32 rounds cos theta and the azimuth of a direction by 6e-8, which is up to 2e-3 of the width of the narrowest
-// lobes and makes single values of f that noisy. The noise averages out; what is left of it in the sum is measured, on
-// every 13th node, against the same model in double at the same direction, and stated as a standard deviation.
+// Binary32 rounds cos theta and the azimuth of a direction by 6e-8, which is up to 2e-3 of the width of the
+// narrowest lobes and makes single values of f that noisy. The noise averages out; what is left of it in the
+// sum is measured, on every 13th node, against the same model in double at the same direction, and stated as
+// a standard deviation.
 struct Energy {
     double e, pdf, noise;
     size_t evaluations;
@@ -168,7 +170,8 @@ Energy OverSphere(const HairBSDF &hair, const HairParameters &parameters, double
 class HairFurnace : public EveryKernel {};
 CUTICLE_WITH_EVERY_KERNEL(HairFurnace);
 
-// A Latin choice from the grid: every roughness of either kind, tilt, angle and offset occurs, in changing company.
+// A Latin choice from the grid: every roughness of either kind, tilt, angle and offset occurs, in changing
+// company.
 TEST_P(HairFurnace, OverTheSphere) {
     double worst = 0, worstPdf = 0, worstNoise = 0;
     std::string where;

@@ -44,7 +44,7 @@ std::array<float, 4> RandomU(RNG &rng) {
 }
 Vector3f RandomDirection(RNG &rng) { return UniformSampleSphere({rng.UniformFloat(), rng.UniformFloat()}); }
 
-// ---- sampling -------------------------------------------------------------------------------------------------
+// ---- sampling ---------------------------------------------------------------------------------------------
 
 // Of a fiber that absorbs nothing every sample weighs 1, whatever its lobes and tilts are.
 TEST_P(Hair, SamplingWeights) {
@@ -73,8 +73,9 @@ TEST_P(Hair, SamplingWeights) {
     std::printf("sampled weights, %s: max |weight - 1| = %.3g, n = %zu\n", GetParam().c_str(), worst, n);
 }
 
-// f and pdf of Sample_f are those of the direction that it returns, up to what the rounding of that direction, 2e-7,
-// moves: an angle of d changes a logistic by d / s, a longitudinal lobe by d (distance from its centre) / v.
+// f and pdf of Sample_f are those of the direction that it returns, up to what the rounding of that
+// direction, 2e-7, moves: an angle of d changes a logistic by d / s, a longitudinal lobe by d (distance from
+// its centre) / v.
 TEST_P(Hair, SampleAgreesWithFAndPdf) {
     RNG rng(2);
     for (const float beta : {0.01f, 0.05f, 0.1f, 0.3f, 0.6f, 1.f})
@@ -104,8 +105,8 @@ TEST_P(Hair, SampleAgreesWithFAndPdf) {
             }
 }
 
-// Radiance reflected from a sky that varies, estimated with importance sampling and uniformly: both within four
-// standard errors of their difference.
+// Radiance reflected from a sky that varies, estimated with importance sampling and uniformly: both within
+// four standard errors of their difference.
 TEST_P(Hair, ImportanceAgreesWithUniformSampling) {
     const int side = 24, n = side * side * side * side;
     for (const float beta : {0.25f, 0.4f, 0.6f, 0.9f}) {
@@ -145,7 +146,7 @@ TEST_P(Hair, ImportanceAgreesWithUniformSampling) {
     }
 }
 
-// ---- accuracy ---------------------------------------------------------------------------------------------------
+// ---- accuracy ---------------------------------------------------------------------------------------------
 
 template <typename T>
 typename HairLobes<T>::Value Evaluate(const HairParameters &parameters, const Vector3f &wo,
@@ -153,7 +154,8 @@ typename HairLobes<T>::Value Evaluate(const HairParameters &parameters, const Ve
     return HairLobes<T>(parameters).Evaluate(Vector3<T>(wo), Vector3<T>(wi));
 }
 
-// The lanes against long double, at the same binary32 directions, for values down to 1e-6 of a uniform scatterer.
+// The lanes against long double, at the same binary32 directions, for values down to 1e-6 of a uniform
+// scatterer.
 TEST_P(Hair, KernelsAgreeWithLongDouble) {
     RNG rng(7);
     double worst = 0;
@@ -244,9 +246,10 @@ TEST(HairModel, ScalarTypesAgreeToTheirPrecision) {
     EXPECT_LE(worstDouble, 2e-14);
 }
 
-// ---- the scales ----------------------------------------------------------------------------------------------------
+// ---- the scales -------------------------------------------------------------------------------------------
 
-// Where f cos of a black fiber, all of it R, peaks along theta_i: at theta_i + theta_o = -2 alpha, toward the root.
+// Where f cos of a black fiber, all of it R, peaks along theta_i: at theta_i + theta_o = -2 alpha, toward the
+// root.
 double PeakOfR(ScaleTilt tilt, double thetaO, float alpha) {
     const HairBSDF hair(0, kEta, Spectrum(1e4f), 0.02f, 0.3f, alpha, tilt);
     double best = 0, at = 0;
@@ -282,8 +285,8 @@ TEST(HairModel, ScalesTiltTTAndTRTTowardTheTip) {
             << p; // near 0.2 the peak of a wide lobe lies a little further out
     }
 }
-// Pharr's text gives alpha in degrees and its listing takes the sine of that number. R is turned by 2 alpha: the listing read
-// literally would turn it by 2 radians for each degree.
+// Pharr's text gives alpha in degrees and its listing takes the sine of that number. R is turned by 2 alpha:
+// the listing read literally would turn it by 2 radians for each degree.
 TEST(HairModel, AlphaIsInDegrees) {
     for (const float alpha : {2.f, 3.f, 30.f}) {
         const HairLobes<double> hair({0, kEta, {0, 0, 0}, 0.3f, 0.3f, alpha, ScaleTilt::RootToTip});
@@ -304,7 +307,7 @@ TEST(HairModel, AlphaOfManyTurnsIsReduced) {
     }
 }
 
-// ---- the edges of the model ----------------------------------------------------------------------------------------
+// ---- the edges of the model -------------------------------------------------------------------------------
 
 // facts: h = +-1 with sigma_a = 0 makes the tail of A_p 0/0.
 TEST_P(Hair, HOnTheEdge) {
@@ -370,7 +373,8 @@ TEST_P(Hair, BetaMZeroIsADeltaCone) {
         ASSERT_NEAR(thetaI, -thetaO, 8 * std::sqrt(kMinV<double>));
         squares += Sqr(thetaI + thetaO) / kMinV<double>;
     }
-    // The mean square of n normal numbers is 1 +- 5 sqrt(2 / n); the rounding of wo and wi moves it by 1e-3 at most.
+    // The mean square of n normal numbers is 1 +- 5 sqrt(2 / n); the rounding of wo and wi moves it by 1e-3
+    // at most.
     EXPECT_NEAR(squares / n, 1, 5 * std::sqrt(2. / n) + 1e-3);
 }
 TEST_P(Hair, BetaNZeroIsANarrowLogistic) {
@@ -554,8 +558,8 @@ TEST_P(Hair, LightInThePlaneOfTheRibbon) {
     }
 }
 
-// No NaN, infinity or negative value over random and edge inputs. CUTICLE_HAIR_INPUTS sets their number: 1e8 is the
-// full count.
+// No NaN, infinity or negative value over random and edge inputs. CUTICLE_HAIR_INPUTS sets their number: 1e8
+// is the full count.
 TEST_P(Hair, RandomAndEdgeInputsAreSane) {
     const char *wanted = std::getenv("CUTICLE_HAIR_INPUTS");
     const auto n = static_cast<uint64_t>(wanted ? std::strtod(wanted, nullptr) : 1e6);
@@ -606,7 +610,7 @@ TEST_P(Hair, RandomAndEdgeInputsAreSane) {
                 GetParam().c_str(), static_cast<unsigned long long>(n));
 }
 
-// ---- pieces ---------------------------------------------------------------------------------------------------------
+// ---- pieces -----------------------------------------------------------------------------------------------
 
 TEST(HairModel, WrapsAnglesByRounding) {
     for (const double x : {0., 3., -3., 3.2, -3.2, 10., -10., 1e6}) {
@@ -708,7 +712,7 @@ TEST(HairModel, AttenuationIsNotReciprocal) {
     EXPECT_NEAR(ratio, 0.59, 0.005);
 }
 
-// ---- colour ---------------------------------------------------------------------------------------------------------
+// ---- colour -----------------------------------------------------------------------------------------------
 
 TEST(HairColor, SigmaAFromReflectanceIsClamped) {
     for (const float beta : {0.f, 0.3f, 1.f, 5.f, -1.f}) {

@@ -65,8 +65,9 @@ TEST(KajiyaKay, SamplesFollowThePdf) {
         EXPECT_NEAR(result.pdf, 1, 1e-6) << bsdf.ToString() << " theta " << c.theta;
         EXPECT_LT(result.worstMismatch, 2e-3) << bsdf.ToString();
         smallest = std::min(smallest, result.p), largest = std::max(largest, result.largestWeight);
-        // cos^n x <= exp(-n x^2 / 2), and the normalisation of the highlight is that of the Gaussian but for a
-        // factor near 1; of a flat lobe the factor is pi / 2, and half of a Gaussian may lie beyond the pole.
+        // cos^n x <= exp(-n x^2 / 2), and the normalisation of the highlight is that of the Gaussian but for
+        // a factor near 1; of a flat lobe the factor is pi / 2, and half of a Gaussian may lie beyond the
+        // pole.
         EXPECT_LT(result.largestWeight, 2 * (c.kd + c.ks)) << bsdf.ToString() << " theta " << c.theta;
     }
     std::printf("Kajiya-Kay: smallest p %.3g of %zu cases, largest weight %.3g\n", smallest, std::size(cases),
@@ -79,9 +80,9 @@ double Energy(double kd, double ks, double exponent, double theta) {
         .energy[1];
 }
 
-// What the model is known for: it conserves no energy. The diffuse term returns Kd from everywhere; the highlight Ks square
-// to the fiber and less and less of it towards the ends, in step with the cosine of the inclination; so no constant
-// factor mends it.
+// What the model is known for: it conserves no energy. The diffuse term returns Kd from everywhere; the
+// highlight Ks square to the fiber and less and less of it towards the ends, in step with the cosine of the
+// inclination; so no constant factor mends it.
 TEST(KajiyaKay, EnergyIsNotConserved) {
     for (const double theta : {0., 0.5, -1., 1.5})
         EXPECT_NEAR(Energy(0.7, 0, 50, theta), 0.7, 1e-9) << theta;

@@ -1,8 +1,10 @@
 // Marschner's model: its parts against optics, its sampling exact, its energy what it is.
 #include "fibers/marschner.h"
+#include "fibers/np.h"
 
 #include "core/error.h"
 #include "fibers/fiber_laws.h"
+#include "fibers/longitudinal_forms.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +22,8 @@ laws::Reference ReferenceOf(const MarschnerParameters &p) {
     };
 }
 
-// Where the lobes are, for meshes: along the fiber the three cones, around it the glints of a few inclinations.
+// Where the lobes are, for meshes: along the fiber the three cones, around it the glints of a few
+// inclinations.
 laws::Peaks PeaksOf(const MarschnerParameters &p, double theta) {
     laws::Peaks peaks;
     for (size_t i = 0; i < 3; ++i)
@@ -56,7 +59,8 @@ TEST(RootMethods, ErrorOfTheCubic) {
     EXPECT_GT(worst(1.3), 1.5);  // wet hair
 }
 
-// The cubic's roots solve the cubic, all of them; polished they are exact roots; and the exact ones nearly all of these.
+// The cubic's roots solve the cubic, all of them; polished they are exact roots; and the exact ones nearly
+// all of these.
 TEST(RootMethods, PolishedRootsAreExact) {
     size_t found = 0, exact = 0;
     for (const double etaPrime : {1.3, 1.55, 1.8, 1.99, 2.2, 3.})
@@ -85,8 +89,8 @@ TEST(RootMethods, PolishedRootsAreExact) {
     EXPECT_LE(found, exact);
 }
 
-// Integrates over the circle a function with singularities like 1 / sqrt(x) at the given places: between each two of them
-// a substitution whose slope vanishes at both takes them away.
+// Integrates over the circle a function with singularities like 1 / sqrt(x) at the given places: between each
+// two of them a substitution whose slope vanishes at both takes them away.
 template <typename F>
 double OverCircle(std::vector<double> places, F f) {
     std::sort(places.begin(), places.end());
@@ -100,8 +104,8 @@ double OverCircle(std::vector<double> places, F f) {
         }
     return sum;
 }
-// Every ray leaves somewhere: over phi, the densities of the roots add up to the width. Of the polished roots some are
-// missing near caustics, and none is counted twice.
+// Every ray leaves somewhere: over phi, the densities of the roots add up to the width. Of the polished roots
+// some are missing near caustics, and none is counted twice.
 TEST(RootMethods, DensitiesAddUpToTheWidth) {
     double least = 1, leastEta = 0;
     int leastPath = 0;
@@ -137,7 +141,8 @@ TEST(RootMethods, DensitiesAddUpToTheWidth) {
     EXPECT_GT(least, 0.6);
 }
 
-// N_R and N_TT are what passes through the fiber: their integrals over phi are the means of A_p over the width.
+// N_R and N_TT are what passes through the fiber: their integrals over phi are the means of A_p over the
+// width.
 TEST(Marschner, AzimuthalEnergyIsTheMeanOfTheAttenuation) {
     MarschnerParameters p;
     p.sigmaA = {0, 0.3f, 2};
@@ -197,7 +202,8 @@ TEST(Marschner, ScalesTiltTowardTheRoot) {
     }
 }
 
-// How much of the light comes back at all, with one width for all lobes and eta so high that all is reflected.
+// How much of the light comes back at all, with one width for all lobes and eta so high that all is
+// reflected.
 double EnergyOfReflection(LongitudinalForm form, double width, double theta) {
     const LongitudinalLobe<double> lobe(form, width, 0);
     const Inclination<double> o{std::sin(theta), std::cos(theta)};
@@ -236,8 +242,8 @@ TEST(LongitudinalLobe, HalfAngleIsTwiceFullAngle) {
                 Gaussian(0.2, theta - 0.1) * i.cos / Sqr(cosD), 1e-12);
 }
 
-// An ellipse, traced exactly in the normal plane: where the TRT light of a beam from azimuth phiI turns back. Half
-// axes 1 and a; the relative azimuth of the extreme nearest the incidence plane, in degrees.
+// An ellipse, traced exactly in the normal plane: where the TRT light of a beam from azimuth phiI turns back.
+// Half axes 1 and a; the relative azimuth of the extreme nearest the incidence plane, in degrees.
 double EllipseCaustic(double a, double eta, double phiI) {
     struct V {
         double x, y;
@@ -298,7 +304,8 @@ TEST(Marschner, EccentricityMovesTheGlintsTheRightWay) {
     EXPECT_GE(Marschner<double>(p).EtaStar(0), 1.0);
 }
 
-// The caustics' width in h, 2 sqrt(2 w_c / |Phi''|), grows without bound as eta' goes to 2: from where on maxH limits it.
+// The caustics' width in h, 2 sqrt(2 w_c / |Phi''|), grows without bound as eta' goes to 2: from where on
+// maxH limits it.
 TEST(Marschner, TheGlintsAreLimitedBeforeTheyMeet) {
     const MarschnerParameters p;
     const auto width = [](double etaPrime, double wc) {
@@ -338,8 +345,8 @@ TEST(Marschner, GlintsAreBoundedWhereCausticsMeet) {
     }
 }
 
-// Over the sphere the caustics are curves through the cells, on which quadrature is good to a few parts in 1e4 only: n is
-// what that allows.
+// Over the sphere the caustics are curves through the cells, on which quadrature is good to a few parts in
+// 1e4 only: n is what that allows.
 TEST(Marschner, SamplesFollowThePdf) {
     const int n = 100000;
     const double significance = 0.01;
@@ -375,8 +382,8 @@ TEST(Marschner, SamplesFollowThePdf) {
     EXPECT_LT(largest, 40);
 }
 
-// Around the fiber alone, with lobes so narrow along it that theta_d is one number: cells end at the caustics, and the
-// density is integrated through its singularities.
+// Around the fiber alone, with lobes so narrow along it that theta_d is one number: cells end at the
+// caustics, and the density is integrated through its singularities.
 TEST(Marschner, AzimuthsFollowThePdf) {
     const int n = 300000;
     const double significance = 0.01, theta = 0.3, phiO = 0.6;

@@ -13,8 +13,8 @@ namespace {
 using Kind = MicrofacetDistribution;
 constexpr double kAlphaX = 0.4, kAlphaY = 0.15;
 
-// The integral over all slopes of P(slope) f(normal, its projection), f given the unnormalised normal (-x, -y, 1): a
-// midpoint rule in the radius' distribution function and in the angle.
+// The integral over all slopes of P(slope) f(normal, its projection), f given the unnormalised normal (-x,
+// -y, 1): a midpoint rule in the radius' distribution function and in the angle.
 double OverSlopes(Kind kind, const std::function<double(const Vector3d &)> &f) {
     const int n = 1200, m = 180;
     double sum = 0;
@@ -45,8 +45,8 @@ TEST(Microfacets, LambdaIsTheAreaThatIsTurnedAway) {
         }
 }
 
-// Moments of the sampled visible normals against their integrals; 5 standard errors (p = 6e-7 each, 60 of them),
-// n = 200000.
+// Moments of the sampled visible normals against their integrals; 5 standard errors (p = 6e-7 each, 60 of
+// them), n = 200000.
 TEST(Microfacets, VisibleNormalsFollowTheirDensity) {
     const int n = 200000;
     RNG rng(1);
@@ -84,7 +84,8 @@ TEST(Microfacets, VisibleNormalsFollowTheirDensity) {
         }
 }
 
-// Of rays that climb from height h, the share c^Lambda leaves; what stays is met above h. 5 standard errors, n = 100000.
+// Of rays that climb from height h, the share c^Lambda leaves; what stays is met above h. 5 standard errors,
+// n = 100000.
 TEST(Microfacets, HeightsAboveAreMetOrLeft) {
     const Microfacets surface(Kind::Beckmann, kAlphaX, kAlphaY);
     const Vector3d up = Normalize(Vector3d(0.9, 0, 0.2));

@@ -1,4 +1,5 @@
 // The smooth fiber: root counts, caustics and lengths against what optics says.
+#include "fibers/np.h"
 #include "fibers/smooth_fiber.h"
 
 #include "core/sampling.h"
@@ -74,8 +75,8 @@ TEST(SmoothFiber, ReflectionAndTransmissionRoots) {
     }
 }
 
-// d'Eon et al. 2011, section 5: the h whose TT leaves at phi, with the root over its denominator that our text of the paper
-// has lost. Without it some light would meet the fiber beside it, abs(h) > 1.
+// d'Eon et al. 2011, section 5: the h whose TT leaves at phi, with the root over its denominator that our
+// text of the paper has lost. Without it some light would meet the fiber beside it, abs(h) > 1.
 TEST(SmoothFiber, ClosedFormOfTTNeedsItsRoot) {
     const SmoothFiber<double> fiber = AtNormalIncidence(1.55);
     const double a = 1 / 1.55;

@@ -1,5 +1,5 @@
-// The tabulated model: its sampling is exact whatever the table holds, its energy is the simulator's, and between the
-// table's directions and absorptions it stays near the simulator.
+// The tabulated model: its sampling is exact whatever the table holds, its energy is the simulator's, and
+// between the table's directions and absorptions it stays near the simulator.
 #include "fibers/tabulated.h"
 
 #include "core/error.h"
@@ -26,8 +26,8 @@ FiberDescription Hair(double axisRatio, std::vector<double> levels) {
 constexpr uint64_t kSamples =
     8192; // for each direction of the viewer; of an ellipse, which has more of them, less
 
-// The integral of the model over the sphere, in blocks of `block` x `block` cells: exact, since between the middles and
-// edges of cells it is linear in rows and columns.
+// The integral of the model over the sphere, in blocks of `block` x `block` cells: exact, since between the
+// middles and edges of cells it is linear in rows and columns.
 struct Blocks {
     std::vector<double> pdf;
     std::array<double, 3> energy = {0, 0, 0};
@@ -193,10 +193,10 @@ struct LevelBlend {
     }
 };
 
-// All levels of a table share their paths, so that the interpolation's error has no noise: it is the sum of the errors of
-// single paths. A path's error, whatever its length, is at most a known part of what it contributes at another level of the
-// table, beyond what does not pass through the fiber; so the sum's is that part of the difference of two totals. Of
-// several such bounds the least counts, and floats' rounding.
+// All levels of a table share their paths, so that the interpolation's error has no noise: it is the sum of
+// the errors of single paths. A path's error, whatever its length, is at most a known part of what it
+// contributes at another level of the table, beyond what does not pass through the fiber; so the sum's is
+// that part of the difference of two totals. Of several such bounds the least counts, and floats' rounding.
 TEST(Tabulated, AbsorptionIsInterpolated) {
     const double opaque = 1000;
     for (const double low : {0.05, 0.2, 0.8, 3.2}) {

@@ -1,5 +1,6 @@
-// The hair model against the portable reference values of tests/vectors, which another program computed with forty digits.
-// Every row of every file, in every precision and by every kernel, within the tolerance that the files themselves state.
+// The hair model against the portable reference values of tests/vectors, which another program computed with
+// forty digits. Every row of every file, in every precision and by every kernel, within the tolerance that
+// the files themselves state.
 #include "core/error.h"
 #include "core/sampling.h"
 #include "fibers/deon.h"
@@ -476,8 +477,9 @@ TEST(FarFieldVectors, SmoothNp) {
     }
     std::printf("%zu values of N_p, smooth: off by at most %.2g\n", v.Rows(), worst);
 }
-// And of a rough one, through the Gaussian detector: by many nodes, which tests the table, and by the order that our model
-// chooses, whose root mean square error is stated as 1e-3; a single value may be three times that.
+// And of a rough one, through the Gaussian detector: by many nodes, which tests the table, and by the order
+// that our model chooses, whose root mean square error is stated as 1e-3; a single value may be three times
+// that.
 TEST(FarFieldVectors, RoughNp) {
     const Vectors v("rough_np");
     double worst = 0, worstOurs = 0;
@@ -513,8 +515,8 @@ TEST(FarFieldVectors, RoughNp) {
                 v.Rows(), worst, worstOurs);
 }
 
-// The whole model, over the width: to the 1e-3 that the quadrature promises of N_p, in the root of the mean square there
-// and of each value here, where no row lies far from all lobes.
+// The whole model, over the width: to the 1e-3 that the quadrature promises of N_p, in the root of the mean
+// square there and of each value here, where no row lies far from all lobes.
 template <typename T>
 class FarDEonVectors : public HairVectors<T> {};
 TYPED_TEST_SUITE(FarDEonVectors, OlderTypes);
@@ -552,7 +554,8 @@ TEST(FarFieldVectors, DEonSamplesFallIntoCellsAsTheyShould) {
     }
 }
 
-// Another seed and fewer rays agree with the table within its error bars: Bonferroni over all cells, significance 0.01.
+// Another seed and fewer rays agree with the table within its error bars: Bonferroni over all cells,
+// significance 0.01.
 TEST(SimulatorVectors, AnotherSeedAgrees) {
     std::ifstream file(std::string(CUTICLE_SOURCE_DIR) + "/tests/vectors/simulator.json");
     const nlohmann::json json = nlohmann::json::parse(file);

@@ -106,26 +106,19 @@ TEST(Atlas, Cliffs) {
     EXPECT_LE(FindingsOf(12)[1].ours, 0.025); // of 16 lobes: (1 - F) F^15 is at most 0.0238
 }
 
-const AtlasModel &ModelOf(const std::string &name) {
-    for (const AtlasModel &model : AtlasModels())
-        if (model.name == name)
-            return model;
-    throw std::runtime_error(name);
-}
-
 // Every model that a scene may name is measured, ours in float and in double and as published where that is
 // another; none of ours gives NaN, and white hair by Chiang's returns all light.
 TEST(Atlas, EveryModelIsMeasured) {
-    ASSERT_EQ(AtlasModels().size(), HairModelNames().size());
-    EXPECT_EQ(AtlasModels().front().name, "chiang");
-    const FiberInputs in;
-    for (const AtlasModel &model : AtlasModels())
+    ASSERT_EQ(FiberModels().size(), HairModelNames().size());
+    EXPECT_EQ(FiberModels().front().name, "chiang");
+    const AtlasInputs in;
+    for (const FiberModel &model : FiberModels())
         for (const AtlasForm form : kAtlasForms) {
-            if (!model.Has(form))
+            if (!HasForm(model, form))
                 continue;
             const FiberFaults faults = MeasureFiber(model, form, in, 1.2, true);
             std::printf("%s, %s: bad %.3g, energy off %.3g, samples off %.3g, weight %.3g, asymmetry %.3g\n",
-                        model.name.c_str(),
+                        model.name.data(),
                         form == AtlasForm::Published ? "as published"
                         : form == AtlasForm::InFloat ? "ours"
                                                      : "ours in double",
@@ -139,16 +132,16 @@ TEST(Atlas, EveryModelIsMeasured) {
             }
         }
     for (const char *published : {"chiang", "marschner", "deon"})
-        EXPECT_TRUE(ModelOf(published).Has(AtlasForm::Published)) << published;
+        EXPECT_TRUE(HasForm(*FindFiberModel(published), AtlasForm::Published)) << published;
 }
 
 // At the edge of a clear fiber Pharr's formulas give NaN, and at a roughness of 0.08 d'Eon's do, in float;
 // ours not.
 TEST(Atlas, PublishedModelsGiveNoNumbersWhereOursDo) {
-    const auto bad = [](const char *name, AtlasForm form, const FiberInputs &in) {
-        return MeasureFiber(ModelOf(name), form, in, 0.5, true).bad;
+    const auto bad = [](const char *name, AtlasForm form, const AtlasInputs &in) {
+        return MeasureFiber(*FindFiberModel(name), form, in, 0.5, true).bad;
     };
-    FiberInputs edge, narrow;
+    AtlasInputs edge, narrow;
     edge.h = 1;
     narrow.betaM = narrow.betaN = 0.08;
     EXPECT_GT(bad("chiang", AtlasForm::Published, edge), 0.5);
@@ -163,7 +156,7 @@ TEST(Atlas, PublishedModelsGiveNoNumbersWhereOursDo) {
 // lacks what the short series of I_0 takes; ours have only what the models themselves lose.
 TEST(Atlas, PublishedModelsMissTheEnergyOfOurs) {
     const auto miss = [](const char *name, AtlasForm form) {
-        return MeasureFiber(ModelOf(name), form, {}, 0.2, true).energy;
+        return MeasureFiber(*FindFiberModel(name), form, {}, 0.2, true).energy;
     };
     for (const auto form : {AtlasForm::InFloat, AtlasForm::InDouble}) {
         EXPECT_LT(miss("chiang", form), 1e-6);
@@ -180,14 +173,14 @@ TEST(Atlas, PublishedModelsMissTheEnergyOfOurs) {
 TEST(Atlas, WeightsAreSmallAlongTheFiber) {
     for (const auto &[name, bound] : {std::pair{"marschner", 8.}, {"deon", 4.}, {"chiang", 1.01}})
         for (const double beta : {0.1, 0.3, 0.6}) {
-            FiberInputs in;
+            AtlasInputs in;
             in.betaM = in.betaN = beta;
-            const auto fiber = ModelOf(name).At(AtlasForm::InFloat, in);
+            const auto fiber = MakeAtlasFiber(*FindFiberModel(name), AtlasForm::InFloat, in);
             double worst = 0;
             for (const double degrees : {85., 88., 89.5, 89.99})
                 for (size_t k = 0; k < 4000; ++k) {
                     Vector3d wi;
-                    const AtlasFiber::Value value =
+                    const FiberValue<double> value =
                         fiber->Sample(FiberDirection(degrees * kPi<double> / 180, 0.7), EvenlySpread(k), &wi);
                     worst = std::max(worst, value.fCos[1] / value.pdf);
                 }
@@ -202,13 +195,13 @@ TEST(Atlas, WeightsAreSmallAlongTheFiber) {
 // flanks change by 2^-24 / 0.04, the sums of a model by up to three times that, and by more only Marschner's
 // density, which is infinite at caustics.
 TEST(Atlas, FloatAgreesWithDouble) {
-    for (const AtlasModel &model : AtlasModels())
+    for (const FiberModel &model : FiberModels())
         for (const double beta : {0.1, 0.3, 0.8})
             for (const double thetaO : {-0.4, 1.2}) {
-                FiberInputs in;
+                AtlasInputs in;
                 in.betaM = in.betaN = beta, in.sigmaA = 0.2;
-                const auto inFloat = model.At(AtlasForm::InFloat, in),
-                           exact = model.At(AtlasForm::InDouble, in);
+                const auto inFloat = MakeAtlasFiber(model, AtlasForm::InFloat, in),
+                           exact = MakeAtlasFiber(model, AtlasForm::InDouble, in);
                 const Vector3d wo = Vector3d(Vector3f(FiberDirection(thetaO, 0.7)));
                 const size_t n = 500;
                 double value = 0, pdf = 0; // means of relative differences
@@ -216,13 +209,13 @@ TEST(Atlas, FloatAgreesWithDouble) {
                     Vector3d wi;
                     ASSERT_GT(exact->Sample(wo, EvenlySpread(k), &wi).pdf, 0) << model.name;
                     wi = Vector3d(Vector3f(wi));
-                    const AtlasFiber::Value a = inFloat->Evaluate(wo, wi), b = exact->Evaluate(wo, wi);
+                    const FiberValue<double> a = inFloat->Evaluate(wo, wi), b = exact->Evaluate(wo, wi);
                     value += std::abs(a.fCos[1] - b.fCos[1]) / b.fCos[1] / n;
                     pdf += std::abs(a.pdf - b.pdf) / b.pdf / n;
                 }
                 std::printf(
                     "%s, beta %.1f, theta_o %.1f: float off by %.1e of the value, %.1e of the density\n",
-                    model.name.c_str(), beta, thetaO, value, pdf);
+                    model.name.data(), beta, thetaO, value, pdf);
                 EXPECT_LT(value, 5e-6) << model.name;
                 EXPECT_LT(pdf, 2e-5) << model.name;
             }

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 namespace cuticle {
 namespace {
 
@@ -56,6 +58,20 @@ TEST(HairModels, NamesAndErrors) {
 
 TEST(HairModels, TheDefaultIsChiang) { EXPECT_EQ(Value(""), Value("\"string model\" \"chiang\"")); }
 
+// README's table is that of the rows.
+TEST(HairModels, StandInTheReadme) {
+    std::ifstream file(std::string(CUTICLE_SOURCE_DIR) + "/README.md");
+    const std::string readme((std::istreambuf_iterator<char>(file)), {});
+    for (const FiberModel &model : FiberModels()) {
+        std::string own;
+        for (const ParamInfo &p : model.params)
+            own += fmt::format("{}{}", own.empty() ? "" : ", ", p.name);
+        const std::string row =
+            fmt::format("| `{}` | {}: {} | {} |\n", model.name, model.paper, model.meaning, own);
+        EXPECT_NE(readme.find(row), std::string::npos) << row;
+    }
+}
+
 // The command line's choice is the scene's with another name.
 TEST(HairModels, OverrideIsTheScenesChoice) {
     for (const std::string_view name : HairModelNames())
@@ -75,8 +91,8 @@ TEST(HairModels, TablesAreTheQuadrature) {
     EXPECT_THROW(HairOf(deon + "\"integer lobes\" 0"), Error);
 }
 
-// "lobes" of the default model: three is the paper. More change a pale fiber, and not one so dark that no light is left
-// for them.
+// "lobes" of the default model: three is the paper. More change a pale fiber, and not one so dark that no
+// light is left for them.
 TEST(HairModels, ChiangWithMoreLobes) {
     const auto withLobes = [](const std::string &sigmaA, const std::string &lobes) {
         return Value("\"rgb sigma_a\" [" + sigmaA + "] " + lobes).y();
@@ -117,7 +133,8 @@ TEST(HairModels, EccentricFibersAskForTheStrandsAxis) {
     EXPECT_EQ(valueAt("", {0, 1, 0}), valueAt("", {0, 0, 1}));
 }
 
-// A table is of one fiber; its colour alone may vary. What a fiber cannot be is an error at the material's place.
+// A table is of one fiber; its colour alone may vary. What a fiber cannot be is an error at the material's
+// place.
 TEST(HairModels, TablesAreOfOneFiber) {
     const std::string tabulated = "\"string model\" \"tabulated\" \"integer samples\" 64 ";
     const auto message = [&](const std::string &parameters, const std::string &textures) {

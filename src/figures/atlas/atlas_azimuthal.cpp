@@ -1,7 +1,7 @@
 // The atlas's maps around the fiber: N_p. Faults 10, 11 and 14.
 #include "fibers/deon.h"
 #include "fibers/gaussian.h"
-#include "fibers/hair_model.h"
+#include "fibers/np.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/atlas/atlas.h"
 

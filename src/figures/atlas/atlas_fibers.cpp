@@ -1,9 +1,13 @@
 #include "figures/atlas/atlas_fibers.h"
 
 #include "core/error.h"
+#include "core/quadrature.h"
+#include "fibers/hair.h"
 #include "fibers/hair_as_printed.h"
-#include "fibers/hair_model.h"
+#include "fibers/mp.h"
+#include "fibers/np.h"
 #include "fibers/smooth_fiber.h"
+#include "fibers/tabulated.h"
 #include "figures/figure.h"
 #include "materials/hair_models.h"
 #include "render/plugins.h"
@@ -19,63 +23,23 @@ namespace {
 
 constexpr double kPiD = kPi<double>;
 
-// --- the models -------------------------------------------------------------------------------------------------
-
-class AsPrinted : public AtlasFiber {
-  public:
-    AsPrinted(const FiberInputs &in, as_printed::Tilt tilt)
-        : hair_(static_cast<float>(in.h), static_cast<float>(in.eta), Spectrum(Absorption(in)),
-                static_cast<float>(in.betaM), static_cast<float>(in.betaN), static_cast<float>(in.alpha),
-                tilt) {}
-    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
-        const Vector3f o(wo), i(wi);
-        return ValueOf(hair_.f(o, i), i, hair_.Pdf(o, i));
-    }
-    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
-        Vector3f i;
-        float pdf = 0;
-        const Spectrum f = hair_.Sample_f(Vector3f(wo), &i,
-                                          {static_cast<float>(u[0]), static_cast<float>(u[1]),
-                                           static_cast<float>(u[2]), static_cast<float>(u[3])},
-                                          &pdf);
-        *wi = Vector3d(i);
-        return ValueOf(f, i, pdf);
-    }
-
-  private:
-    // Chiang's fit with nothing clamped.
-    static float Absorption(const FiberInputs &in) {
-        if (in.reflectance < 0)
-            return static_cast<float>(in.sigmaA);
-        const auto b = static_cast<float>(in.betaN);
-        return Sqr(std::log(static_cast<float>(in.reflectance)) /
-                   Polynomial(b, 5.969f, -0.215f, 2.532f, -10.73f, 5.574f, 0.245f));
-    }
-    static Value ValueOf(const Spectrum &f, const Vector3f &wi, float pdf) {
-        const double cosine = wi.z == 0 ? 1 : std::abs(static_cast<double>(wi.z));
-        return {{static_cast<double>(f[0]) * cosine, static_cast<double>(f[1]) * cosine,
-                 static_cast<double>(f[2]) * cosine},
-                static_cast<double>(pdf)};
-    }
-    as_printed::HairBSDF hair_;
-};
+// --- the models --------------------------------------------------------------------------------------------
 
 // A scene of this one hair material, with parameters of its own.
-std::string SceneOf(const std::string &model, const FiberInputs &in, const std::string &parameters) {
+std::string SceneOf(const FiberModel &model, const AtlasInputs &in, std::string_view parameters) {
     const auto number = [](double x) { return Printed("%.9g", x); };
-    const double shown = in.reflectance < 0 ? in.sigmaA : in.reflectance;
-    std::string own = " " + parameters;
-    if (model == "tabulated") // fewer rays than a picture takes: noise of a table is no fault of the model
-        own += " \"integer samples\" 1024";
-    return "WorldBegin\nMaterial \"hair\" \"string model\" \"" + model + "\" \"float eta\" " +
-           number(in.eta) + " \"float beta_m\" " + number(in.betaM) + " \"float beta_n\" " +
-           number(in.betaN) + " \"float alpha\" " + number(in.alpha) + " \"rgb " +
-           (in.reflectance < 0 ? "sigma_a" : "color") + "\" [" + number(shown) + " " + number(shown) + " " +
-           number(shown) + "]" + own + "\nShape \"sphere\"\nWorldEnd\n";
+    const std::string shown = number(in.reflectance < 0 ? in.sigmaA : in.reflectance);
+    // Coarse: fewer rays than a picture takes; noise of a table is no fault of the model
+    return fmt::format(
+        "WorldBegin\nMaterial \"hair\" \"string model\" \"{}\" \"float eta\" {} \"float beta_m\" {} "
+        "\"float beta_n\" {} \"float alpha\" {} \"rgb {}\" [{} {} {}] {} {}\n"
+        "Shape \"sphere\"\nWorldEnd\n",
+        model.name, number(in.eta), number(in.betaM), number(in.betaN), number(in.alpha),
+        in.reflectance < 0 ? "sigma_a" : "color", shown, shown, shown, parameters, model.coarse);
 }
 
-// The materials asked for last, by their scene. Many cells of a map differ in direction and offset only, and a material
-// may hold a table that takes a second to make.
+// The materials asked for last, by their scene. Many cells of a map differ in direction and offset only, and
+// a material may hold a table that takes a second to make.
 std::shared_ptr<const Material> MaterialOf(const std::string &scene) {
     static std::mutex mutex;
     static std::deque<std::pair<std::string, std::shared_ptr<const Material>>> latest;
@@ -97,28 +61,34 @@ std::shared_ptr<const Material> MaterialOf(const std::string &scene) {
     return made;
 }
 
-// In a frame where the fiber lies along x, met at h.
-BSDF BsdfOf(const Material &material, double h) {
+// The place where a ray meets a fiber at h: of a scene's hair it is 1 - 2 v.
+SurfaceInteraction MetAt(double h) {
     SurfaceInteraction si;
-    si.uv = {0.5f, static_cast<float>((1 - h) / 2)}; // of a scene's hair h is 1 - 2 v
+    si.uv = {0.5f, static_cast<float>((1 - h) / 2)};
     si.isCurve = true;
+    return si;
+}
+
+// The BSDF in a frame where the fiber lies along x, met at h.
+BSDF BsdfOf(const Material &material, double h) {
     BSDF bsdf;
-    material.MakeBSDF(si, &bsdf);
+    material.MakeBSDF(MetAt(h), &bsdf);
     bsdf.SetFrame({}, {0, 0, 1});
     return bsdf;
 }
 
-// What a scene's material makes.
-class SceneFiber : public AtlasFiber {
+// The model that a scene's material makes.
+class SceneFiber final : public FiberInDouble {
   public:
     SceneFiber(const std::string &scene, double h)
         : material_(MaterialOf(scene)), bsdf_(BsdfOf(*material_, h)) {}
-    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+    FiberValue<double> Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
         float pdf = 0;
         const Spectrum f = bsdf_.FCos(Vector3f(wo), Vector3f(wi), &pdf);
         return {{f[0], f[1], f[2]}, pdf};
     }
-    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
+    FiberValue<double> Sample(const Vector3d &wo, const std::array<double, 4> &u,
+                              Vector3d *wi) const override {
         BSDFSample sample;
         Spectrum weight;
         if (!bsdf_.Sample_f(Vector3f(wo),
@@ -136,85 +106,54 @@ class SceneFiber : public AtlasFiber {
     BSDF bsdf_;
 };
 
-// A model of numbers, here in double. holds: what it looks things up in.
-template <class Model>
-class NumericFiber : public AtlasFiber {
-  public:
-    NumericFiber(const Model &model, std::shared_ptr<const void> holds)
-        : model_(model), holds_(std::move(holds)) {}
-    Value Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
-        const auto value = model_.Evaluate(wo, wi);
-        return {value.fCos, value.pdf};
-    }
-    Value Sample(const Vector3d &wo, const std::array<double, 4> &u, Vector3d *wi) const override {
-        const auto value = model_.Sample(wo, u, wi);
-        return {value.fCos, value.pdf};
-    }
-
-  private:
-    Model model_;
-    std::shared_ptr<const void> holds_;
-};
-template <class Model>
-std::unique_ptr<AtlasFiber> Numeric(const Model &model, std::shared_ptr<const void> holds = nullptr) {
-    return std::make_unique<NumericFiber<Model>>(model, std::move(holds));
-}
-
-HairParameters ParametersOf(const FiberInputs &in) {
+// The common parameters for a model as printed, with its paper's fit of a colour.
+FiberInputs PrintedInputs(const AtlasInputs &in) {
     const auto f = [](double x) { return static_cast<float>(x); };
-    const float sigma = in.reflectance < 0
-                            ? f(in.sigmaA)
-                            : HairBSDF::SigmaAFromReflectance(Spectrum(f(in.reflectance)), f(in.betaN))[0];
-    return {f(in.h),     f(in.eta),   {sigma, sigma, sigma}, f(in.betaM),
-            f(in.betaN), f(in.alpha), ScaleTilt::RootToTip};
+    FiberInputs at;
+    at.h = f(in.h), at.eta = f(in.eta), at.betaM = f(in.betaM), at.betaN = f(in.betaN),
+    at.alpha = f(in.alpha);
+    at.sigmaA.fill(in.reflectance < 0 ? f(in.sigmaA)
+                                      : as_printed::SigmaAFromReflectance(f(in.reflectance), at.betaN));
+    return at;
 }
 
-// Keeps the latest few for those who ask again soon.
-void Hold(const std::shared_ptr<const void> &table) {
+// Keeps the latest few for those who ask again soon: tables of doubles, of up to 100 MB each.
+void Hold(const std::shared_ptr<const FiberInDouble> &fiber) {
     static std::mutex mutex;
-    static std::deque<std::shared_ptr<const void>> latest;
-    constexpr size_t kKept = 4; // of up to 100 MB each
+    static std::deque<std::shared_ptr<const FiberInDouble>> latest;
+    constexpr size_t kKept = 4;
     const std::lock_guard<std::mutex> lock(mutex);
-    if (std::find(latest.begin(), latest.end(), table) != latest.end())
-        return;
-    latest.push_back(table);
+    latest.push_back(fiber);
     if (latest.size() > kKept)
         latest.pop_front();
 }
 
-std::array<double, 3> Doubles(const std::array<float, 3> &c) { return {c[0], c[1], c[2]}; }
-
-// What a scene's material makes, with the same parameters in double.
-std::unique_ptr<AtlasFiber> DoubleFiber(const std::string &model, const FiberInputs &in) {
-    const std::shared_ptr<const Material> material = MaterialOf(SceneOf(model, in, ""));
-    const BSDF bsdf = BsdfOf(*material, in.h);
-    const FiberBxDF *fiber = bsdf.Fiber();
-    if (const auto *kajiyaKay = dynamic_cast<const KajiyaKayBSDF *>(fiber)) {
-        const KajiyaKay<float> &m = kajiyaKay->Numeric();
-        return Numeric(KajiyaKay<double>(Doubles(m.kd), Doubles(m.ks), m.exponent));
+// The model that a scene's material makes, with the same parameters in double.
+class DoubleFiber final : public FiberInDouble {
+  public:
+    DoubleFiber(const FiberModel &model, const AtlasInputs &in) {
+        const std::shared_ptr<const Material> material = MaterialOf(SceneOf(model, in, ""));
+        const auto &hair = dynamic_cast<const HairMaterial &>(*material);
+        FiberInputs at = hair.InputsAt(MetAt(in.h));
+        at.h = static_cast<float>(in.h);
+        fiber_ = hair.Maker().MakeInDouble(at);
+        Hold(fiber_);
     }
-    if (const auto *marschner = dynamic_cast<const MarschnerBSDF *>(fiber))
-        return Numeric(Marschner<double>(marschner->Numeric().parameters));
-    if (const auto *deon = dynamic_cast<const TabulatedDEonBSDF *>(fiber)) {
-        using Table = DEonTableOf<double>;
-        const DEonParameters &p = deon->Numeric().parameters;
-        const std::shared_ptr<const Table> table = Table::Cached(p);
-        Hold(table);
-        return Numeric(DEon<double, Table::View>(p, Table::View(table.get())), table);
+    FiberValue<double> Evaluate(const Vector3d &wo, const Vector3d &wi) const override {
+        return fiber_->Evaluate(wo, wi);
     }
-    if (const auto *tabulated = dynamic_cast<const TabulatedBSDF *>(fiber)) {
-        const FiberTable *table = tabulated->Numeric().Table(); // of a gray fiber: one level of absorption
-        const double sigma = table->Levels()[0];
-        return Numeric(Tabulated<double>(table, {sigma, sigma, sigma}, 0), material);
+    FiberValue<double> Sample(const Vector3d &wo, const std::array<double, 4> &u,
+                              Vector3d *wi) const override {
+        return fiber_->Sample(wo, u, wi);
     }
-    if (dynamic_cast<const HairBSDF *>(fiber))
-        return Numeric(HairLobes<double>(ParametersOf(in)));
-    throw Error("the atlas does not know the model \"" + model + "\" in double");
-}
 
-// --- measures ---------------------------------------------------------------------------------------------------
+  private:
+    std::shared_ptr<const FiberInDouble> fiber_;
+};
 
-bool IsBad(const AtlasFiber::Value &value) {
+// --- measures ----------------------------------------------------------------------------------------------
+
+bool IsBad(const FiberValue<double> &value) {
     for (const double x : {value.fCos[0], value.fCos[1], value.fCos[2], value.pdf})
         if (!(x >= 0 && x < std::numeric_limits<double>::infinity()))
             return true;
@@ -262,17 +201,17 @@ struct Integrals {
     double energy = 0, bad = 0;
     Moments ofDensity{};
 };
-// Where a sphere is integrated over: theta, and how many azimuths.
+// The nodes of an integral over the sphere: theta, and how many azimuths.
 struct SphereRule {
     ThetaRule theta;
     size_t around;
 };
-SphereRule RuleOfLobes(const FiberInputs &in, double thetaO) {
+SphereRule RuleOfLobes(const AtlasInputs &in, double thetaO) {
     const double s = AzimuthalScale(std::clamp(in.betaN, 0.05, 1.));
     return {MakeThetaRule(LobePeaks(in, thetaO)),
             static_cast<size_t>(std::clamp(2 * kPiD / (0.8 * s), 96., 700.))};
 }
-// What is linear between the middles of a table's cells is integrated from one to the next.
+// A function that is linear between the middles of a table's cells is integrated from one to the next.
 SphereRule RuleOfTable(double thetaO) {
     const SphereCells cells = FiberTable::Cells(thetaO);
     std::vector<double> edges = {-kPiD / 2};
@@ -281,7 +220,7 @@ SphereRule RuleOfTable(double thetaO) {
     edges.push_back(kPiD / 2);
     return {RuleBetween(edges, 3), cells.columns};
 }
-Integrals Integrate(const AtlasFiber &fiber, const SphereRule &sphere, double thetaO) {
+Integrals Integrate(const FiberInDouble &fiber, const SphereRule &sphere, double thetaO) {
     const ThetaRule &rule = sphere.theta;
     const size_t around = sphere.around;
     const Vector3d wo = FiberDirection(thetaO, kViewPhi);
@@ -290,7 +229,7 @@ Integrals Integrate(const AtlasFiber &fiber, const SphereRule &sphere, double th
         for (size_t j = 0; j < around; ++j) {
             const double phi = 2 * kPiD * (static_cast<double>(j) + 0.3) / static_cast<double>(around),
                          theta = rule.theta[i];
-            const AtlasFiber::Value value = fiber.Evaluate(wo, FiberDirection(theta, kViewPhi + phi));
+            const FiberValue<double> value = fiber.Evaluate(wo, FiberDirection(theta, kViewPhi + phi));
             const double area = rule.weight[i] * std::cos(theta) * 2 * kPiD / static_cast<double>(around);
             sum.energy += area * value.fCos[1];
             AddTo(&sum.ofDensity, area * value.pdf, MomentsOf(theta, phi));
@@ -300,8 +239,8 @@ Integrals Integrate(const AtlasFiber &fiber, const SphereRule &sphere, double th
     return sum;
 }
 
-// Of a smooth fiber: exact, at h or over the width.
-double SmoothEnergy(const FiberInputs &in, double thetaO, bool overTheWidth) {
+// The energy of a smooth fiber, exact, at h or over the width.
+double SmoothEnergy(const AtlasInputs &in, double thetaO, bool overTheWidth) {
     const SmoothFiber<double> fiber(std::cos(thetaO), std::max(in.eta, 1.0000001));
     double sigma = in.sigmaA;
     if (in.reflectance >= 0)
@@ -316,23 +255,13 @@ double SmoothEnergy(const FiberInputs &in, double thetaO, bool overTheWidth) {
     return overTheWidth ? MeanOverWidth<40, double>(at)[0] : at(std::asin(in.h))[0];
 }
 
-// True for a model that does not know h.
-bool IsFarField(const AtlasModel &model) {
-    FiberInputs in;
-    const Vector3d wo = FiberDirection(0.2, 0), wi = FiberDirection(-0.3, 1);
-    in.h = 0.3;
-    const double one = model.At(AtlasForm::InFloat, in)->Evaluate(wo, wi).fCos[1];
-    in.h = -0.6;
-    return one == model.At(AtlasForm::InFloat, in)->Evaluate(wo, wi).fCos[1];
-}
-
-double Asymmetry(const AtlasModel &model, AtlasForm form, FiberInputs in, double thetaO, size_t offsets,
+double Asymmetry(const FiberModel &model, AtlasForm form, AtlasInputs in, double thetaO, size_t offsets,
                  size_t pairs) {
-    std::vector<std::unique_ptr<AtlasFiber>> fibers; // at least one
+    std::vector<std::unique_ptr<FiberInDouble>> fibers; // at least one
     fibers.reserve(offsets);
     for (size_t k = 0; k < offsets; ++k) {
         in.h = offsets == 1 ? in.h : 2 * (static_cast<double>(k) + 0.5) / static_cast<double>(offsets) - 1;
-        fibers.push_back(model.At(form, in));
+        fibers.push_back(MakeAtlasFiber(model, form, in));
     }
     const Vector3d wo = FiberDirection(thetaO, kViewPhi);
     double sum = 0, count = 0;
@@ -355,62 +284,27 @@ double Asymmetry(const AtlasModel &model, AtlasForm form, FiberInputs in, double
 
 } // namespace
 
-const std::vector<AtlasModel> &AtlasModels() {
-    // Marschner's and d'Eon's formulas as printed; Kajiya and Kay's two terms have nothing to mend.
-    static const std::vector<AtlasModel> departures = {
-        {"chiang", "Chiang", "", {}},
-        {"marschner",
-         "Marschner",
-         "\"string longitudinal\" \"half-angle\" \"string roots\" \"cubic\" \"string path\" \"printed\"",
-         {}},
-        {"deon",
-         "d'Eon",
-         "\"string longitudinal\" \"printed\" \"integer order\" 35 \"string path\" \"printed\" "
-         "\"bool half_angle_fresnel\" \"true\" \"bool tail\" \"false\"",
-         {}},
-        {"kajiya-kay",
-         "Kajiya and Kay",
-         "",
-         {"The same as ours:", "the two terms of 1989,", "their constants normalised."}},
-        {"tabulated", "Table", "", {"There is none:", "the simulator's table is our own."}, true},
-    };
-    static const std::vector<AtlasModel> models = [] {
-        std::vector<AtlasModel> all;
-        for (const std::string_view name : HairModelNames()) {
-            const auto known = std::find_if(departures.begin(), departures.end(),
-                                            [&](const AtlasModel &m) { return m.name == name; });
-            all.push_back(known != departures.end() ? *known
-                                                    : AtlasModel{.name = std::string(name),
-                                                                 .title = std::string(name),
-                                                                 .parameters = "",
-                                                                 .unpublished = {"Not in the atlas."}});
-            all.back().farField = IsFarField(all.back());
-        }
-        return all;
-    }();
-    return models;
+bool HasForm(const FiberModel &model, AtlasForm form) {
+    return form != AtlasForm::Published || model.published.absent.empty();
 }
 
-std::unique_ptr<AtlasFiber> AtlasModel::At(AtlasForm form, const FiberInputs &inputs) const {
-    switch (form) {
-    case AtlasForm::Published:
-        if (name == "chiang")
-            return PrintedFiber(inputs, true);
-        return std::make_unique<SceneFiber>(SceneOf(name, inputs, parameters), inputs.h);
-    case AtlasForm::InDouble:
-        return DoubleFiber(name, inputs);
-    case AtlasForm::InFloat:
-        break;
-    }
-    return std::make_unique<SceneFiber>(SceneOf(name, inputs, ""), inputs.h);
+std::unique_ptr<FiberInDouble> MakeAtlasFiber(const FiberModel &model, AtlasForm form,
+                                              const AtlasInputs &inputs) {
+    if (form == AtlasForm::InDouble)
+        return std::make_unique<DoubleFiber>(model, inputs);
+    if (form == AtlasForm::InFloat)
+        return std::make_unique<SceneFiber>(SceneOf(model, inputs, ""), inputs.h);
+    if (model.published.make)
+        return model.published.make(PrintedInputs(inputs));
+    return std::make_unique<SceneFiber>(SceneOf(model, inputs, model.published.parameters), inputs.h);
 }
-std::unique_ptr<AtlasFiber> OurFiber(const FiberInputs &inputs) {
-    return AtlasModels().front().At(AtlasForm::InFloat, inputs);
+std::unique_ptr<FiberInDouble> OurFiber(const AtlasInputs &inputs) {
+    return MakeAtlasFiber(FiberModels().front(), AtlasForm::InFloat, inputs);
 }
 
-std::unique_ptr<AtlasFiber> PrintedFiber(const FiberInputs &inputs, bool tiltOnThetaI) {
-    return std::make_unique<AsPrinted>(inputs, tiltOnThetaI ? as_printed::Tilt::OnThetaI
-                                                            : as_printed::Tilt::OnThetaO);
+std::unique_ptr<FiberInDouble> PrintedFiber(const AtlasInputs &inputs, bool tiltOnThetaI) {
+    return as_printed::PrintedFiber(PrintedInputs(inputs),
+                                    tiltOnThetaI ? as_printed::Tilt::OnThetaI : as_printed::Tilt::OnThetaO);
 }
 
 Vector3d FiberDirection(double theta, double phi) {
@@ -451,7 +345,7 @@ ThetaRule MakeThetaRule(const std::vector<ThetaPeak> &peaks, size_t nodesInAPane
     return RuleBetween(edges, nodesInAPanel);
 }
 
-std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
+std::vector<ThetaPeak> LobePeaks(const AtlasInputs &inputs, double thetaO) {
     const std::array<double, kLobes> v = LongitudinalVariance(std::clamp(inputs.betaM, 0., 1.));
     std::vector<ThetaPeak> peaks;
     for (size_t p = 0; p < kLobes; ++p) {
@@ -461,11 +355,11 @@ std::vector<ThetaPeak> LobePeaks(const FiberInputs &inputs, double thetaO) {
     return peaks;
 }
 
-FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInputs &inputs, double thetaO,
+FiberFaults MeasureFiber(const FiberModel &model, AtlasForm form, const AtlasInputs &inputs, double thetaO,
                          bool quick) {
-    const std::unique_ptr<AtlasFiber> fiber = model.At(form, inputs);
+    const std::unique_ptr<FiberInDouble> fiber = MakeAtlasFiber(model, form, inputs);
     const Integrals integrals =
-        Integrate(*fiber, model.cells ? RuleOfTable(thetaO) : RuleOfLobes(inputs, thetaO), thetaO);
+        Integrate(*fiber, model.inCells ? RuleOfTable(thetaO) : RuleOfLobes(inputs, thetaO), thetaO);
     FiberFaults faults{};
     faults.energy = std::abs(integrals.energy - SmoothEnergy(inputs, thetaO, model.farField));
 
@@ -475,7 +369,7 @@ FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInp
     double bad = 0;
     for (size_t k = 0; k < n; ++k) {
         Vector3d wi;
-        const AtlasFiber::Value value = fiber->Sample(wo, EvenlySpread(k), &wi);
+        const FiberValue<double> value = fiber->Sample(wo, EvenlySpread(k), &wi);
         bad += IsBad(value) ? 1 : 0;
         if (value.pdf == 0) // NaN goes on, and shows
             continue;
@@ -491,14 +385,14 @@ FiberFaults MeasureFiber(const AtlasModel &model, AtlasForm form, const FiberInp
     return faults;
 }
 
-double EnergyByQuadrature(const AtlasFiber &fiber, const FiberInputs &inputs, double thetaO) {
+double EnergyByQuadrature(const FiberInDouble &fiber, const AtlasInputs &inputs, double thetaO) {
     return Integrate(fiber, RuleOfLobes(inputs, thetaO), thetaO).energy;
 }
-double EnergyBySamples(const AtlasFiber &fiber, double thetaO, size_t n) {
+double EnergyBySamples(const FiberInDouble &fiber, double thetaO, size_t n) {
     double sum = 0;
     for (size_t k = 0; k < n; ++k) {
         Vector3d wi;
-        const AtlasFiber::Value value = fiber.Sample(FiberDirection(thetaO, kViewPhi), EvenlySpread(k), &wi);
+        const FiberValue<double> value = fiber.Sample(FiberDirection(thetaO, kViewPhi), EvenlySpread(k), &wi);
         sum += value.pdf > 0 ? value.fCos[1] / value.pdf : 0;
     }
     return sum / static_cast<double>(n);

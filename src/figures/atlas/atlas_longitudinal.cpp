@@ -1,7 +1,6 @@
 // The atlas's maps along the fiber: the Bessel function, M_p and its sampling. Faults 1 to 5 and 15.
 #include "fibers/hair_as_printed.h"
-#include "fibers/hair_model.h"
-#include "fibers/longitudinal.h"
+#include "fibers/longitudinal_forms.h"
 #include "figures/atlas/atlas.h"
 #include "figures/atlas/atlas_fibers.h"
 

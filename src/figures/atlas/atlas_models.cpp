@@ -1,10 +1,9 @@
-// The atlas: every model that a scene may name, over planes of its parameters, as published beside ours. Faults 6, 7, 8, 20, 21 and what is a model's own.
+// The atlas: every model that a scene may name, over planes of its parameters, as published beside ours.
+// Faults 6, 7, 8, 20, 21 and what is a model's own.
 #include "figures/atlas/atlas.h"
 
 #include "core/parallel.h"
 #include "figures/atlas/atlas_fibers.h"
-
-#include "fibers/hair_model.h"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +17,7 @@ namespace {
 struct Plane {
     const char *name, *title;
     AtlasAxis x, y;
-    void (*set)(double x, double y, FiberInputs *in, double *theta);
+    void (*set)(double x, double y, AtlasInputs *in, double *theta);
 };
 
 // 0 in the first cell of an axis from 10^-5 to 1 of five or ten cells.
@@ -36,60 +35,60 @@ std::vector<Plane> Planes(const AtlasOptions &o) {
          "roughness, along and around alike",
          {"β_m = β_n", "beta", -1.25, 0, n, true},
          theta,
-         [](double x, double y, FiberInputs *in, double *t) { in->betaM = in->betaN = x, *t = y; }},
+         [](double x, double y, AtlasInputs *in, double *t) { in->betaM = in->betaN = x, *t = y; }},
         {"h-theta",
          "offset across the fiber",
          {"offset h", "h", -1, 1, n},
          theta,
-         [](double x, double y, FiberInputs *in, double *t) { in->h = x, *t = y; }},
+         [](double x, double y, AtlasInputs *in, double *t) { in->h = x, *t = y; }},
         {"alpha-theta",
          "tilt of the scales",
          {"α (degrees)", "alpha_deg", 0, 10, n},
          theta,
-         [](double x, double y, FiberInputs *in, double *t) { in->alpha = x, *t = y; }},
+         [](double x, double y, AtlasInputs *in, double *t) { in->alpha = x, *t = y; }},
         {"eta-theta",
          "index of refraction",
          {"η", "eta", 1.2, 2.5, n},
          theta,
-         [](double x, double y, FiberInputs *in, double *t) { in->eta = x, *t = y; }},
+         [](double x, double y, AtlasInputs *in, double *t) { in->eta = x, *t = y; }},
         {"sigma-theta",
          "absorption",
          {"σ_a", "sigma_a", -2, 2, n, true},
          theta,
-         [](double x, double y, FiberInputs *in, double *t) { in->sigmaA = x, *t = y; }},
+         [](double x, double y, AtlasInputs *in, double *t) { in->sigmaA = x, *t = y; }},
         {"reflectance-beta",
          "reflectance",
          {"reflectance; first cell: 0", "reflectance", 0, 1.2, o.quick ? size_t(6) : size_t(12)},
          {"β_n", "beta_n", -1.25, 0, m, true},
-         [](double x, double y, FiberInputs *in, double *t) {
+         [](double x, double y, AtlasInputs *in, double *t) {
              in->reflectance = x < 0.12 ? 0 : x, in->betaN = y, *t = 30;
          }},
         {"edge-sigma",
          "the edge of the fiber",
          {"digits of 9 in h; 8 to 9: h = 1", "nines_of_h", 0, 9, 9},
          {"σ_a; below 10^{-6}: 0", "sigma_a", -7, 0, 7, true},
-         [](double x, double y, FiberInputs *in, double *t) {
+         [](double x, double y, AtlasInputs *in, double *t) {
              in->h = NinesOf(x), in->sigmaA = y < 1e-6 ? 0 : y, *t = 30;
          }},
         {"grazing-h",
          "along the fiber",
          {"90° - θ_o = 10^{-x} rad; 8 to 9: 0", "digits", 0, 9, 9},
          {"offset h", "h", -1, 1, m},
-         [](double x, double y, FiberInputs *in, double *t) {
+         [](double x, double y, AtlasInputs *in, double *t) {
              in->h = y, *t = 90 - (x >= kLastDigit ? 0 : std::pow(10, -x) / kDegree);
          }},
         {"eta-one",
          "a fiber that does not refract, η = 1",
          {"σ_a", "sigma_a", -2, 4, 12, true},
          {"offset h", "h", -1, 1, m},
-         [](double x, double y, FiberInputs *in, double *t) {
+         [](double x, double y, AtlasInputs *in, double *t) {
              in->eta = 1, in->sigmaA = x, in->h = y, *t = 30;
          }},
         {"smooth",
          "smooth fibers",
          {"β_m; first cell: 0", "beta_m", -5, 0, ends, true},
          {"β_n; first cell: 0", "beta_n", -5, 0, ends, true},
-         [](double x, double y, FiberInputs *in, double *t) {
+         [](double x, double y, AtlasInputs *in, double *t) {
              in->betaM = OrZero(x), in->betaN = OrZero(y), *t = 30;
          }},
     };
@@ -139,7 +138,7 @@ int FaultOf(const std::string &plane, const std::string &measure) {
 
 // A cell of a plane.
 struct Cell {
-    FiberInputs in;
+    AtlasInputs in;
     double theta = 0;
     // First by what tables are made of, so that cells in order share them.
     auto Key() const {
@@ -158,7 +157,7 @@ std::vector<Cell> CellsOf(const Plane &plane) {
 
 // All measures of a cell come from one visit to it, for all forms of the model.
 using FaultsOfForms = std::array<FiberFaults, kAtlasForms.size()>;
-std::vector<FaultsOfForms> MeasureCells(const AtlasModel &model, std::vector<Cell> cells, bool quick) {
+std::vector<FaultsOfForms> MeasureCells(const FiberModel &model, std::vector<Cell> cells, bool quick) {
     if (model.farField) // one visit for all h
         for (Cell &cell : cells)
             cell.in.h = 0;
@@ -168,7 +167,7 @@ std::vector<FaultsOfForms> MeasureCells(const AtlasModel &model, std::vector<Cel
     std::vector<FaultsOfForms> measured(different.size());
     ParallelFor(different.size(), [&](size_t i) {
         for (size_t form = 0; form < kAtlasForms.size(); ++form)
-            if (model.Has(kAtlasForms[form]))
+            if (HasForm(model, kAtlasForms[form]))
                 measured[i][form] = MeasureFiber(model, kAtlasForms[form], different[i].in,
                                                  different[i].theta * kDegree, quick);
     });
@@ -180,12 +179,12 @@ std::vector<FaultsOfForms> MeasureCells(const AtlasModel &model, std::vector<Cel
     return faults;
 }
 
-// What a map of this measure says of one model.
-AtlasFinding FindingOf(const AtlasModel &model, int fault, const char *quantity,
+// The finding of a map of this measure on one model.
+AtlasFinding FindingOf(const FiberModel &model, int fault, const char *quantity,
                        std::span<const AtlasPanel> forms) {
-    AtlasFinding f{model.name == "chiang" ? fault : 0, model.title + ", worst " + quantity, NAN,
-                   WorstOf(forms[1].values)};
-    if (model.Has(AtlasForm::Published))
+    AtlasFinding f{&model == &FiberModels().front() ? fault : 0,
+                   fmt::format("{}, worst {}", model.title, quantity), NAN, WorstOf(forms[1].values)};
+    if (HasForm(model, AtlasForm::Published))
         f.published = WorstOf(forms[0].values);
     f.inDouble = WorstOf(forms[2].values);
     return f;
@@ -193,10 +192,10 @@ AtlasFinding FindingOf(const AtlasModel &model, int fault, const char *quantity,
 
 std::vector<AtlasMap> MapsOfPlane(const Plane &plane, bool quick) {
     constexpr std::array kTitles = {": as published, float", ": ours, float", ": ours, double"};
-    const std::vector<AtlasModel> &models = AtlasModels();
+    const std::deque<FiberModel> &models = FiberModels();
     std::vector<std::vector<FaultsOfForms>> faults;
     faults.reserve(models.size());
-    for (const AtlasModel &model : models)
+    for (const FiberModel &model : models)
         faults.push_back(MeasureCells(model, CellsOf(plane), quick));
     std::vector<AtlasMap> maps;
     for (const Measure &measure : kMeasures) {
@@ -213,9 +212,9 @@ std::vector<AtlasMap> MapsOfPlane(const Plane &plane, bool quick) {
         for (size_t m = 0; m < models.size(); ++m) {
             const size_t first = map.panels.size();
             for (size_t form = 0; form < kAtlasForms.size(); ++form) {
-                AtlasPanel panel{models[m].title + kTitles[form], {}};
-                if (!models[m].Has(kAtlasForms[form]))
-                    panel = {models[m].title + ": as published", {}, models[m].unpublished};
+                AtlasPanel panel{std::string(models[m].title) + kTitles[form], {}};
+                if (!HasForm(models[m], kAtlasForms[form]))
+                    panel = {std::string(models[m].title) + ": as published", {}, models[m].published.absent};
                 else
                     for (const FaultsOfForms &f : faults[m])
                         panel.values.push_back(f[form].*measure.value);
@@ -239,7 +238,7 @@ AtlasMap FurnaceMap(const AtlasOptions &o) {
     map.min = 1e-7, map.max = 1;
     const double theta = 60 * kDegree;
     const auto at = [](double beta, double alpha) {
-        FiberInputs in;
+        AtlasInputs in;
         in.betaM = beta, in.alpha = alpha;
         return in;
     };

@@ -1,8 +1,9 @@
 // The atlas's maps of paths through the fiber: A_p, the last lobe, Marschner's cubic, reciprocity. Faults 7,
 // 8, 9, 12, 13 and 16.
+#include "fibers/ap.h"
 #include "fibers/deon.h"
 #include "fibers/hair.h"
-#include "fibers/hair_model.h"
+#include "fibers/np.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/atlas/atlas.h"
 

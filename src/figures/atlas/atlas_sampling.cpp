@@ -1,7 +1,6 @@
 // The atlas's maps of sampling: random numbers at their ends, directions that are rounded, rays that meet
 // curves. Faults 17, 18, 19 and 22.
 #include "core/sampling.h"
-#include "fibers/hair_model.h"
 #include "figures/atlas/atlas.h"
 #include "figures/atlas/atlas_fibers.h"
 #include "shapes/curve.h"
@@ -67,7 +66,7 @@ AtlasMap CornersMap(const AtlasOptions &o) {
     map.x = {"β_n", "beta_n", -3, 0, o.quick ? size_t(10) : size_t(30), true};
     map.y = {"β_m", "beta_m", -3, 0, o.quick ? size_t(10) : size_t(30), true};
     map.log = false, map.min = 0, map.max = 1;
-    const auto share = [](const AtlasFiber &fiber) {
+    const auto share = [](const FiberInDouble &fiber) {
         int without = 0;
         for (int corner = 0; corner < 16; ++corner) {
             std::array<double, 4> u;
@@ -80,7 +79,7 @@ AtlasMap CornersMap(const AtlasOptions &o) {
         return without / 16.;
     };
     const auto at = [](double n, double m) {
-        FiberInputs in;
+        AtlasInputs in;
         in.betaN = n, in.betaM = m, in.sigmaA = 0.1;
         return in;
     };
@@ -101,11 +100,11 @@ AtlasMap RoundTripMap(const AtlasOptions &o) {
     map.x = {"β_n", "beta_n", -4, 0, o.quick ? size_t(8) : size_t(32), true};
     map.y = {"θ_o (degrees)", "theta_o_deg", -90, 90, o.quick ? size_t(6) : size_t(24)};
     map.min = 1e-8, map.max = 1;
-    const auto worst = [](const AtlasFiber &fiber, double theta) {
+    const auto worst = [](const FiberInDouble &fiber, double theta) {
         double off = 0;
         for (size_t k = 0; k < 400; ++k) {
             Vector3d wi;
-            const AtlasFiber::Value value =
+            const FiberValue<double> value =
                 fiber.Sample(FiberDirection(theta * kDegree, 0.7), EvenlySpread(k), &wi);
             const double miss = std::abs(value.fCos[1] / value.pdf - 1); // NaN where there is no density
             if (!(miss <= off))
@@ -114,7 +113,7 @@ AtlasMap RoundTripMap(const AtlasOptions &o) {
         return off;
     };
     const auto at = [](double n) {
-        FiberInputs in;
+        AtlasInputs in;
         in.betaN = n;
         return in;
     };

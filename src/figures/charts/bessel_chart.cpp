@@ -1,7 +1,7 @@
 // The chart of I_0, its logarithm and M_p, in every way that papers and renderers compute them.
 #include "core/special.h"
 #include "fibers/hair_as_printed.h"
-#include "fibers/hair_model.h"
+#include "fibers/mp.h"
 #include "figures/charts/charts.h"
 #include "figures/charts/cost.h"
 

@@ -1,12 +1,9 @@
 // Every model of a fiber against the simulated fiber, its free parameters fitted.
 #include "core/parallel.h"
+#include "core/quadrature.h"
 #include "core/sampling.h"
-#include "fibers/deon.h"
 #include "fibers/fiber_simulator.h"
-#include "fibers/hair.h"
-#include "fibers/kajiya_kay.h"
-#include "fibers/marschner.h"
-#include "fibers/tabulated.h"
+#include "fibers/models.h"
 #include "figures/charts/charts.h"
 #include "figures/charts/cost.h"
 
@@ -21,23 +18,22 @@ namespace {
 using Parameters = std::vector<double>;
 using Colors = std::array<float, 3>;
 
-// --- the grid of fibers ---------------------------------------------------------------------------------------------
+// --- the grid of fibers ------------------------------------------------------------------------------------
 
 constexpr float kEta = 1.55f;
 constexpr double kAbsorptions[] = {0.05, 0.5};
 
-// Brown: absorption in eumelanin's proportions, the middle colour's is sigmaA. Errors are that colour's; what sampling costs
-// depends on all three, since one direction is drawn for them.
+// Brown: absorption in eumelanin's proportions, the middle colour's is sigmaA. Errors are that colour's; what
+// sampling costs depends on all three, since one direction is drawn for them.
 Colors BrownOf(double sigmaA) {
     const auto middle = static_cast<float>(sigmaA);
     return {0.601f * middle, middle, 1.966f * middle};
 }
 
-// One of the grid: Beckmann's roughness along and across, tilt of the scales in degrees, second over first semi-axis of the
-// section, absorption. The first semi-axis is at azimuth 0.
+// One of the grid: Beckmann's roughness along and across, tilt of the scales in degrees, second over first
+// semi-axis of the section, absorption. The first semi-axis is at azimuth 0.
 struct Fiber {
     double roughness, alpha, axisRatio, sigmaA;
-    std::shared_ptr<const FiberTable> table; // of this fiber, for the model that has one
     Colors Brown() const { return BrownOf(sigmaA); }
 };
 
@@ -50,222 +46,106 @@ FiberDescription Described(const Fiber &fiber, std::vector<double> absorptions) 
     return description;
 }
 
-// A table with every absorption of the grid as a level, as scenes have it; the quick one of half the rays.
-std::shared_ptr<const FiberTable> TableOf(const Fiber &fiber, bool quick) {
-    std::vector<double> levels;
-    for (const double sigmaA : kAbsorptions)
-        for (const float s : BrownOf(sigmaA))
-            levels.push_back(static_cast<double>(s));
-    const FiberDescription description = Described(fiber, levels);
-    return std::make_shared<const FiberTable>(description,
-                                              FiberTable::UsualSamples(description) / (quick ? 2 : 1));
-}
-
-// --- the models: what is fitted, in logarithms but for tilts --------------------------------------------------------
+// --- the models: what is fitted, in logarithms but for tilts -----------------------------------------------
 
 // The value f |cos| of the middle colour for a pair of directions: viewer's and light's.
 using Scattering = std::function<double(const Vector3d &, const Vector3d &)>;
-// The model as a renderer has it at a hit, h across the fiber.
-using AtHit = std::function<std::unique_ptr<FiberBxDF>(float h)>;
+// A model of the table, with one of the fits that its row names.
 struct Model {
-    const char *name;
-    int family;
-    Parameters start;   // empty: nothing is free
-    bool fitAsPrevious; // takes the parameters of the model before it, another form of which it is
-    Scattering (*farField)(const Fiber &, const Parameters &);
-    AtHit (*atHit)(const Fiber &, const Parameters &);
-    bool drawn = true; // else it is in the table alone
-};
-
-template <class Numeric>
-Scattering MiddleColorOf(const Numeric &model) {
-    return [model](const Vector3d &wo, const Vector3d &wi) { return model.Evaluate(wo, wi).fCos[1]; };
-}
-
-std::array<double, 3> GreyOf(double logarithm) {
-    return {std::exp(logarithm), std::exp(logarithm), std::exp(logarithm)};
-}
-double ExponentOf(const Parameters &x) { return std::exp(std::min(x[2], 12.)); }
-
-MarschnerParameters MarschnerOf(const Fiber &fiber, double axisRatio, const Parameters &x) {
-    MarschnerParameters p;
-    p.sigmaA = fiber.Brown();
-    for (size_t i = 0; i < 3; ++i)
-        p.beta[i] = static_cast<float>(std::exp(x[i]));
-    const auto alpha = static_cast<float>(x[3]);
-    p.alpha = {-alpha, alpha / 2, 3 * alpha / 2};
-    p.kG = static_cast<float>(std::exp(x[4])), p.wc = static_cast<float>(std::exp(x[5]));
-    p.eccentricity = static_cast<float>(axisRatio);
-    return CheckedMarschner(p);
-}
-AtHit MarschnerAtHit(const MarschnerParameters &p) {
-    return [p](float) { return std::make_unique<MarschnerBSDF>(p); };
-}
-DEonParameters DEonOf(const Fiber &fiber, const Parameters &x) {
-    DEonParameters p;
-    p.sigmaA = fiber.Brown();
-    for (size_t i = 0; i < 3; ++i)
-        p.betaM[i] = static_cast<float>(std::exp(x[i]));
-    const auto alpha = static_cast<float>(x[3]);
-    p.alpha = {-2 * alpha, alpha, 4 * alpha};
-    // Narrower than 2 degrees is nothing that the simulation's cells tell apart, and dear.
-    const auto betaN = [&](double logarithm) {
-        return std::max(2.f, static_cast<float>(std::exp(logarithm)));
-    };
-    p.betaN = {betaN(x[4]), betaN(x[4]), betaN(x[4] + x[5])};
-    return CheckedDEon(p);
-}
-HairParameters ChiangOf(const Fiber &fiber, const Parameters &x, float h) {
-    const auto unit = [](double logarithm) { return static_cast<float>(std::min(1., std::exp(logarithm))); };
-    return {h, kEta, fiber.Brown(), unit(x[0]), unit(x[1]), static_cast<float>(x[2]), ScaleTilt::RootToTip};
-}
-
-// The mean over the width of the near-field model.
-Scattering ChiangFarField(const Fiber &fiber, const Parameters &x) {
-    std::vector<HairLobes<double>> lobes;
-    std::vector<double> weights;
-    const GaussLegendreRule &rule = GaussLegendre(20);
-    for (size_t i = 0; i < rule.x.size(); ++i) {
-        const double gamma = kPi<double> / 2 * rule.x[i];
-        lobes.emplace_back(ChiangOf(fiber, x, static_cast<float>(std::sin(gamma))));
-        weights.push_back(kPi<double> / 4 * rule.w[i] * std::cos(gamma));
+    const FiberModel *row;
+    FiberFit fit;
+    // The model of this fiber whose free numbers are x.
+    PreparedFiber Prepared(const Fiber &fiber, const Parameters &x, bool quick) const {
+        FiberInputs at;
+        at.eta = kEta, at.sigmaA = fiber.Brown();
+        std::vector<OwnValue> own;
+        fit.set(x, {fiber.roughness, fiber.alpha, fiber.axisRatio, quick ? 0.5 : 1}, &at, &own);
+        return {*row, at, own};
     }
-    return [lobes, weights](const Vector3d &wo, const Vector3d &wi) {
+};
+// In the order of the papers. A model whose row names no fit is taken with the fiber's tilt, as it comes.
+std::vector<Model> Models() {
+    std::vector<const FiberModel *> rows;
+    for (const FiberModel &row : FiberModels())
+        rows.push_back(&row);
+    std::stable_sort(rows.begin(), rows.end(),
+                     [](const FiberModel *a, const FiberModel *b) { return a->year < b->year; });
+    std::vector<Model> models;
+    for (const FiberModel *row : rows) {
+        for (const FiberFit &fit : row->fits)
+            models.push_back({row, fit});
+        if (row->fits.empty())
+            models.push_back(
+                {row,
+                 {row->title,
+                  5,
+                  {},
+                  [](const Parameters &, const SimulatedFiber &fiber, FiberInputs *at,
+                     std::vector<OwnValue> *) { at->alpha = static_cast<float>(fiber.alpha); }}});
+    }
+    return models;
+}
+
+// The light that is seen from afar, in double: of a model that knows h, the mean over the width.
+Scattering FarField(const FiberModel &row, const PreparedFiber &fiber) {
+    struct Node {
+        std::shared_ptr<const FiberInDouble> fiber;
+        double weight;
+    };
+    std::vector<Node> nodes;
+    if (row.farField) {
+        nodes.push_back({fiber.MakeInDouble(0), 1});
+    } else {
+        const GaussLegendreRule &rule = GaussLegendre(20);
+        for (size_t i = 0; i < rule.x.size(); ++i) {
+            const double gamma = kPi<double> / 2 * rule.x[i];
+            nodes.push_back({fiber.MakeInDouble(static_cast<float>(std::sin(gamma))),
+                             kPi<double> / 4 * rule.w[i] * std::cos(gamma)});
+        }
+    }
+    return [nodes](const Vector3d &wo, const Vector3d &wi) {
         double sum = 0;
-        for (size_t i = 0; i < lobes.size(); ++i)
-            sum += weights[i] * lobes[i].Evaluate(wo, wi).fCos[1];
+        for (const Node &node : nodes)
+            sum += node.weight * node.fiber->Evaluate(wo, wi).fCos[1];
         return sum;
     };
 }
 
-// Only Marschner's model and the table know of the section; the others take the fiber for round.
-const std::vector<Model> &Models() {
-    static const std::vector<Model> models = {
-        {"Kajiya-Kay",
-         1,
-         {-1, -3, 4},
-         false,
-         [](const Fiber &, const Parameters &x) {
-             return MiddleColorOf(KajiyaKay<double>(GreyOf(x[0]), GreyOf(x[1]), ExponentOf(x)));
-         },
-         [](const Fiber &, const Parameters &x) -> AtHit {
-             const auto grey = [](double l) { return Spectrum(static_cast<float>(std::exp(l))); };
-             return [kd = grey(x[0]), ks = grey(x[1]), exponent = static_cast<float>(ExponentOf(x))](float) {
-                 return std::make_unique<KajiyaKayBSDF>(kd, ks, exponent);
-             };
-         }},
-        {"Marschner",
-         4,
-         {1.5, 1.5, 2, 3, 0, 2},
-         false,
-         [](const Fiber &fiber, const Parameters &x) {
-             return MiddleColorOf(Marschner<double>(MarschnerOf(fiber, fiber.axisRatio, x)));
-         },
-         [](const Fiber &fiber, const Parameters &x) {
-             return MarschnerAtHit(MarschnerOf(fiber, fiber.axisRatio, x));
-         }},
-        {"Marschner, section ignored",
-         4,
-         {1.5, 1.5, 2, 3, 0, 2},
-         false,
-         [](const Fiber &fiber, const Parameters &x) {
-             return MiddleColorOf(Marschner<double>(MarschnerOf(fiber, 1, x)));
-         },
-         [](const Fiber &fiber, const Parameters &x) { return MarschnerAtHit(MarschnerOf(fiber, 1, x)); },
-         false},
-        {"d'Eon, quadrature",
-         3,
-         {2, 2, 2.5, 3, 2, 0},
-         false,
-         [](const Fiber &fiber, const Parameters &x) {
-             const DEonParameters p = DEonOf(fiber, x);
-             return MiddleColorOf(DEon<double, DEonQuadrature<double>>(p, DEonQuadrature<double>(p)));
-         },
-         [](const Fiber &fiber, const Parameters &x) -> AtHit {
-             return [p = DEonOf(fiber, x)](float) { return std::make_unique<DEonBSDF>(p); };
-         }},
-        {"d'Eon, table of N_p",
-         6,
-         {},
-         true,
-         [](const Fiber &fiber, const Parameters &x) -> Scattering {
-             const DEonParameters p = DEonOf(fiber, x);
-             const auto table = DEonTable::Cached(p);
-             const DEon<float, DEonTable::View> model(p, DEonTable::View(table.get()));
-             return [table, model](const Vector3d &wo, const Vector3d &wi) {
-                 return double(model.Evaluate(Vector3f(wo), Vector3f(wi)).fCos[1]);
-             };
-         },
-         [](const Fiber &fiber, const Parameters &x) -> AtHit {
-             const DEonParameters p = DEonOf(fiber, x);
-             return [p, table = DEonTable::Cached(p)](float) {
-                 return std::make_unique<TabulatedDEonBSDF>(p, table.get());
-             };
-         }},
-        {"Chiang (ours)",
-         0,
-         {-1.5, -1.5, 3},
-         false,
-         ChiangFarField,
-         [](const Fiber &fiber, const Parameters &x) -> AtHit {
-             return [p = ChiangOf(fiber, x, 0)](float h) {
-                 return std::make_unique<HairBSDF>(h, p.eta, Spectrum(p.sigmaA[0], p.sigmaA[1], p.sigmaA[2]),
-                                                   p.betaM, p.betaN, p.alpha);
-             };
-         }},
-        {"tabulated",
-         2,
-         {},
-         false,
-         [](const Fiber &fiber, const Parameters &) {
-             const Colors s = fiber.Brown();
-             return MiddleColorOf(Tabulated<double>(fiber.table.get(), {s[0], s[1], s[2]}, 0));
-         },
-         [](const Fiber &fiber, const Parameters &) -> AtHit {
-             const Colors s = fiber.Brown();
-             return [table = fiber.table, sigmaA = Spectrum(s[0], s[1], s[2])](float) {
-                 return std::make_unique<TabulatedBSDF>(table.get(), sigmaA, 0);
-             };
-         }},
-    };
-    return models;
-}
+// --- the truth ---------------------------------------------------------------------------------------------
 
-// --- the truth ------------------------------------------------------------------------------------------------------
-
-// Where a fiber is lit from, degrees; the azimuth counts from the section's first semi-axis. A circle looks alike from all
-// around.
-struct Light {
+// A direction that a fiber is lit from, degrees; the azimuth counts from the section's first semi-axis. A
+// circle looks alike from all around.
+struct Incidence {
     double theta, phi;
 };
-std::vector<Light> LightsOf(const Fiber &fiber) {
+std::vector<Incidence> LightsOf(const Fiber &fiber) {
     if (fiber.axisRatio == 1)
         return {{0, 0}, {45, 0}};
     return {{0, 0}, {0, 45}, {0, 90}, {45, 0}, {45, 45}, {45, 90}};
 }
 
-// A cell of the sphere around a lit fiber: two directions in it, whose mean is the model's (Gauss's rule in phi, in which cells
-// are wide), its density in the simulation and that one's standard error.
-struct Place {
+// A cell of the sphere around a lit fiber: two directions in it, whose mean is the model's (Gauss's rule in
+// phi, in which cells are wide), its density in the simulation and that one's standard error.
+struct LitCell {
     double thetaLight;
     Vector3d light, w[2];
     double density, error, solidAngle;
     double Miss(const Scattering &f) const { return (f(light, w[0]) + f(light, w[1])) / 2 - density; }
 };
-// What the fiber does with each absorption of the grid. The seed is none of a table's.
-using Truth = std::array<std::vector<Place>, std::size(kAbsorptions)>;
+// The light that the fiber scatters with each absorption of the grid. The seed is none of a table's.
+using Truth = std::array<std::vector<LitCell>, std::size(kAbsorptions)>;
 Truth Simulate(const Fiber &fiber, bool quick) {
     const auto direction = [](double t, double phi) {
         return Vector3d(std::sin(t), std::cos(t) * std::cos(phi), std::cos(t) * std::sin(phi));
     };
-    const std::vector<Light> lights = LightsOf(fiber);
+    const std::vector<Incidence> lights = LightsOf(fiber);
     FiberMeasurement measurement;
     measurement.samples = (quick ? 200'000 : 2'000'000) / lights.size(), measurement.orders = 1;
     measurement.cells = {quick ? size_t(30) : size_t(60), quick ? size_t(24) : size_t(48), false};
     const SphereCells &cells = measurement.cells;
     const double half = kPi<double> / static_cast<double>(cells.columns) / std::sqrt(3.);
     Truth truth;
-    for (const Light &light : lights) {
+    for (const Incidence &light : lights) {
         const FiberHistogram seen =
             SimulateFiber(Described(fiber, {std::begin(kAbsorptions), std::end(kAbsorptions)}),
                           {light.theta * kDegree, light.phi * kDegree, {}}, measurement);
@@ -284,26 +164,27 @@ Truth Simulate(const Fiber &fiber, bool quick) {
     return truth;
 }
 
-// Root mean square over the sphere of `miss`, relative to the density's, over every stride-th of the places that `counts`.
+// Root mean square over the sphere of `miss`, relative to the density's, over every stride-th of the places
+// that `counts`.
 template <typename Miss, typename Counts>
-double RelativeRms(const std::vector<Place> &places, size_t stride, Miss miss, Counts counts) {
+double RelativeRms(const std::vector<LitCell> &places, size_t stride, Miss miss, Counts counts) {
     double off = 0, all = 0;
     for (size_t i = 0; i < places.size(); i += stride)
-        if (const Place &p = places[i]; counts(p))
+        if (const LitCell &p = places[i]; counts(p))
             off += Sqr(miss(p)) * p.solidAngle, all += Sqr(p.density) * p.solidAngle;
     return std::sqrt(off / all);
 }
-bool Everywhere(const Place &) { return true; }
-double RelativeError(const std::vector<Place> &places, size_t stride, const Scattering &f) {
+bool Everywhere(const LitCell &) { return true; }
+double RelativeError(const std::vector<LitCell> &places, size_t stride, const Scattering &f) {
     return RelativeRms(
-        places, stride, [&](const Place &p) { return p.Miss(f); }, Everywhere);
+        places, stride, [&](const LitCell &p) { return p.Miss(f); }, Everywhere);
 }
 
-// --- fitting --------------------------------------------------------------------------------------------------------
+// --- fitting -----------------------------------------------------------------------------------------------
 
 // Nelder and Mead 1965, with their coefficients; evaluations of f at most.
 template <typename F>
-Parameters LeastOf(const Parameters &start, int evaluations, F f) {
+Parameters MinimizerOf(const Parameters &start, int evaluations, F f) {
     struct Corner {
         Parameters x;
         double value;
@@ -351,7 +232,7 @@ Parameters LeastOf(const Parameters &start, int evaluations, F f) {
     return std::min_element(simplex.begin(), simplex.end(), worse)->x;
 }
 
-// --- cost -----------------------------------------------------------------------------------------------------------
+// --- cost --------------------------------------------------------------------------------------------------
 
 struct Query {
     float h;
@@ -371,14 +252,17 @@ std::vector<Query> Queries(size_t n) {
     return queries;
 }
 
-// Variance of a sample's weight f |cos| / pdf for a given viewer, in units of its squared mean: the mean over viewers from all
-// around and over the three colours. By differences of two samples for the same viewer, each at an h of its own.
-double RelativeVariance(const AtHit &model, const std::vector<Query> &queries) {
+// Variance of a sample's weight f |cos| / pdf for a given viewer, in units of its squared mean: the mean over
+// viewers from all around and over the three colours. By differences of two samples for the same viewer, each
+// at an h of its own.
+double RelativeVariance(const PreparedFiber &model, const std::vector<Query> &queries) {
     std::array<double, 3> sum = {0, 0, 0}, squares = {0, 0, 0};
+    FiberStorage fiber;
     const auto weight = [&](const Query &q, const Vector3f &wo) {
         Vector3f wi;
         Float pdf = 0;
-        const Spectrum f = model(q.h)->Sample_f(wo, &wi, q.u, &pdf);
+        model.Make(q.h, &fiber);
+        const Spectrum f = fiber.Get()->Sample_f(wo, &wi, q.u, &pdf);
         return pdf > 0 ? f * (std::abs(wi.z) / pdf) : Spectrum(0);
     };
     for (size_t i = 0; i + 1 < queries.size(); i += 2) {
@@ -401,20 +285,25 @@ double RelativeVariance(const AtHit &model, const std::vector<Query> &queries) {
 struct Cost {
     double evaluate, sample;
 };
-std::vector<Cost> CostsOf(const std::vector<AtHit> &models, const std::vector<Query> &queries, int rounds) {
+std::vector<Cost> CostsOf(const std::vector<PreparedFiber> &models, const std::vector<Query> &queries,
+                          int rounds) {
     std::vector<std::function<void()>> jobs;
-    for (const AtHit &model : models) {
+    for (const PreparedFiber &model : models) {
         jobs.push_back([&] {
+            FiberStorage fiber;
             for (const Query &q : queries) {
                 Float pdf = 0;
-                Keep(model(q.h)->FPdf(q.wo, q.wi, &pdf));
+                model.Make(q.h, &fiber);
+                Keep(fiber.Get()->FPdf(q.wo, q.wi, &pdf));
             }
         });
         jobs.push_back([&] {
+            FiberStorage fiber;
             for (const Query &q : queries) {
                 Float pdf = 0;
                 Vector3f wi;
-                Keep(model(q.h)->Sample_f(q.wo, &wi, q.u, &pdf));
+                model.Make(q.h, &fiber);
+                Keep(fiber.Get()->Sample_f(q.wo, &wi, q.u, &pdf));
             }
         });
     }
@@ -426,7 +315,7 @@ std::vector<Cost> CostsOf(const std::vector<AtHit> &models, const std::vector<Qu
     return costs;
 }
 
-// --- the chart ------------------------------------------------------------------------------------------------------
+// --- the chart ---------------------------------------------------------------------------------------------
 
 struct Grid {
     std::vector<double> axisRatios, roughnesses, alphas;
@@ -434,18 +323,13 @@ struct Grid {
 Grid GridOf(bool quick) {
     return quick ? Grid{{1, 0.7}, {0.3}, {3}} : Grid{{1, 0.8, 0.6}, {0.1, 0.3}, {0, 3}};
 }
-std::vector<Fiber> GridOfFibers(const Grid &grid, bool quick) {
+std::vector<Fiber> GridOfFibers(const Grid &grid) {
     std::vector<Fiber> fibers;
     for (const double axisRatio : grid.axisRatios)
         for (const double roughness : grid.roughnesses)
-            for (const double alpha : grid.alphas) {
-                Fiber fiber{roughness, alpha, axisRatio, 0, nullptr};
-                fiber.table = TableOf(fiber, quick);
-                for (const double sigmaA : kAbsorptions) {
-                    fiber.sigmaA = sigmaA;
-                    fibers.push_back(fiber);
-                }
-            }
+            for (const double alpha : grid.alphas)
+                for (const double sigmaA : kAbsorptions)
+                    fibers.push_back({roughness, alpha, axisRatio, sigmaA});
     return fibers;
 }
 
@@ -456,7 +340,7 @@ std::string Listed(const std::vector<double> &numbers) {
         text += (i == 0 ? "" : i + 1 < numbers.size() ? ", " : " and ") + Printed("%g", numbers[i]);
     return text;
 }
-// What a run has measured, for its caption.
+// Lists what a run has measured, for its caption.
 std::string NoteOf(const Grid &grid, size_t round, size_t elliptical, double noisiest) {
     const auto counted = [](size_t n, const std::string &what) {
         return std::to_string(n) + " " + what + (n == 1 ? " fiber" : " fibers");
@@ -468,19 +352,21 @@ std::string NoteOf(const Grid &grid, size_t round, size_t elliptical, double noi
            Printed("; the simulation's own noise is at most %.1g.", noisiest);
 }
 
-// What is measured of one model, the mean over the round fibers (0) and over the elliptical ones (1).
+// Measurements of one model, the mean over the round fibers (0) and over the elliptical ones (1).
 struct Mean {
     std::array<double, 2> error = {0, 0}, evaluate = {0, 0}, effort = {0, 0};
 };
 
-// Of the models that are drawn: round fibers are points with letters; a thin line leads from each to the same model's elliptical fibers.
+// Draws the models: round fibers are points with letters; a thin line leads from each to the same
+// model's elliptical fibers.
 PlotPanel PanelOf(const std::vector<Model> &models, const std::vector<Mean> &means,
                   std::array<double, 2> Mean::*cost, const char *label) {
     constexpr double kBest = 0.01, kWorst = 2;
     std::array<std::vector<CostPoint>, 2> points;
     for (size_t k = 0; k < models.size(); ++k)
-        for (size_t s = 0; s < 2 && models[k].drawn; ++s)
-            points[s].push_back({models[k].name, (means[k].*cost)[s], means[k].error[s], models[k].family});
+        for (size_t s = 0; s < 2 && models[k].fit.drawn; ++s)
+            points[s].push_back({std::string(models[k].fit.title), (means[k].*cost)[s], means[k].error[s],
+                                 models[k].fit.color});
     PlotPanel panel = CostPanel("", label, "relative RMS error", points[0], kBest, kWorst);
     panel.series.back().label = "front, round fibers";
     PlotSeries front = ParetoSteps(points[1], kBest, kWorst);
@@ -500,26 +386,35 @@ PlotPanel PanelOf(const std::vector<Model> &models, const std::vector<Mean> &mea
     return panel;
 }
 
-std::vector<FigureCheck> LawsOf(const std::vector<Mean> &mean, double noisiest, bool quick) {
-    enum { KajiyaKay, Marschner, SectionIgnored, Quadrature, Table, Chiang, Tabulated };
+std::vector<FigureCheck> LawsOf(const std::vector<Model> &models, const std::vector<Mean> &means,
+                                double noisiest, bool quick) {
+    const auto mean = [&](std::string_view title) {
+        for (size_t k = 0; k < models.size(); ++k)
+            if (models[k].fit.title == title)
+                return means[k];
+        throw Error("the chart of models has no fit \"{}\"", title);
+    };
+    const Mean kajiyaKay = mean("Kajiya-Kay"), marschner = mean("Marschner"),
+               sectionIgnored = mean("Marschner, section ignored"), quadrature = mean("d'Eon, quadrature"),
+               table = mean("d'Eon, table of N_p"), chiang = mean("Chiang (ours)"),
+               tabulated = mean("tabulated");
     const auto best = [&](size_t section) {
-        return std::min(
-            {mean[Marschner].error[section], mean[Quadrature].error[section], mean[Chiang].error[section]});
+        return std::min({marschner.error[section], quadrature.error[section], chiang.error[section]});
     };
     return {
         {"the simulation's own noise is at most (relative RMS)", noisiest, 0, quick ? 0.2 : 0.05},
         {"some model of the three since 2003 is nearer than Kajiya and Kay's: error over theirs",
-         best(0) / mean[KajiyaKay].error[0], 0, 0.9},
+         best(0) / kajiyaKay.error[0], 0, 0.9},
         {"d'Eon's table errs as the integral does: error over the other's, round fibers",
-         mean[Table].error[0] / mean[Quadrature].error[0], 0.97, 1.03},
+         table.error[0] / quadrature.error[0], 0.97, 1.03},
         {"a tabulated simulation is nearer to another one than any model: error over the best's, round "
          "fibers",
-         mean[Tabulated].error[0] / best(0), 0, 0.9},
-        {"and elliptical fibers", mean[Tabulated].error[1] / best(1), 0, 0.9},
+         tabulated.error[0] / best(0), 0, 0.9},
+        {"and elliptical fibers", tabulated.error[1] / best(1), 0, 0.9},
         {"to take an elliptical fiber for round costs accuracy: d'Eon's error over that for round fibers",
-         mean[Quadrature].error[1] / mean[Quadrature].error[0], 1.05, 100},
+         quadrature.error[1] / quadrature.error[0], 1.05, 100},
         {"eta* gains on elliptical fibers little: Marschner's error over that with the section ignored",
-         mean[Marschner].error[1] / mean[SectionIgnored].error[1], 0.8, 1.02},
+         marschner.error[1] / sectionIgnored.error[1], 0.8, 1.02},
     };
 }
 
@@ -527,30 +422,31 @@ std::vector<FigureCheck> LawsOf(const std::vector<Mean> &mean, double noisiest, 
 
 FigureData ModelsChart(const FigureOptions &options) {
     const bool quick = options.quick;
-    const std::vector<Model> &models = Models();
+    const std::vector<Model> models = Models();
     const Grid grid = GridOf(quick);
-    const std::vector<Fiber> fibers = GridOfFibers(grid, quick);
-    std::vector<std::vector<Place>> truth;
+    const std::vector<Fiber> fibers = GridOfFibers(grid);
+    std::vector<std::vector<LitCell>> truth;
     for (size_t i = 0; i < fibers.size();
          i += std::size(kAbsorptions)) // neighbours differ in absorption alone
-        for (std::vector<Place> &places : Simulate(fibers[i], quick))
+        for (std::vector<LitCell> &places : Simulate(fibers[i], quick))
             truth.push_back(std::move(places));
 
     std::vector<Parameters> fitted(fibers.size() * models.size());
     ParallelFor(fitted.size(), [&](size_t i) {
         const Fiber &fiber = fibers[i / models.size()];
-        const std::vector<Place> &places = truth[i / models.size()];
+        const std::vector<LitCell> &places = truth[i / models.size()];
         const Model &model = models[i % models.size()];
         // An odd stride, so that all azimuths and inclinations have their turn.
         const size_t stride = places.size() / 500 | 1;
-        if (!model.start.empty())
-            fitted[i] = LeastOf(model.start, quick ? 60 : 200, [&](const Parameters &x) {
-                const double error = RelativeError(places, stride, model.farField(fiber, x));
+        if (!model.fit.start.empty())
+            fitted[i] = MinimizerOf(model.fit.start, quick ? 60 : 200, [&](const Parameters &x) {
+                const double error =
+                    RelativeError(places, stride, FarField(*model.row, model.Prepared(fiber, x, quick)));
                 return std::isfinite(error) ? error : 1e9;
             });
     });
     for (size_t i = 1; i < fitted.size(); ++i)
-        if (models[i % models.size()].fitAsPrevious)
+        if (models[i % models.size()].fit.asPrevious)
             fitted[i] = fitted[i - 1];
 
     FigureData data{Table({"axis_ratio", "roughness", "sigma_a", "alpha_deg", "model", "relative_RMS_error",
@@ -566,23 +462,24 @@ FigureData ModelsChart(const FigureOptions &options) {
         const Fiber &fiber = fibers[i];
         const size_t section = fiber.axisRatio == 1 ? 0 : 1;
         const double noise = RelativeRms(
-            truth[i], 1, [](const Place &p) { return p.error; }, Everywhere);
+            truth[i], 1, [](const LitCell &p) { return p.error; }, Everywhere);
         noisiest = std::max(noisiest, noise);
-        std::vector<AtHit> atHit;
+        std::vector<PreparedFiber> prepared;
         for (size_t k = 0; k < models.size(); ++k)
-            atHit.push_back(models[k].atHit(fiber, fitted[i * models.size() + k]));
-        const std::vector<Cost> costs = CostsOf(atHit, queries, 3);
+            prepared.push_back(models[k].Prepared(fiber, fitted[i * models.size() + k], quick));
+        const std::vector<Cost> costs = CostsOf(prepared, queries, 3);
         for (size_t k = 0; k < models.size(); ++k) {
-            const Scattering f = models[k].farField(fiber, fitted[i * models.size() + k]);
+            const Scattering f = FarField(*models[k].row, prepared[k]);
             const auto litAt = [&](double theta) {
                 return RelativeRms(
-                    truth[i], 1, [&](const Place &p) { return p.Miss(f); },
-                    [&](const Place &p) { return p.thetaLight == theta; });
+                    truth[i], 1, [&](const LitCell &p) { return p.Miss(f); },
+                    [&](const LitCell &p) { return p.thetaLight == theta; });
             };
             const double error = RelativeError(truth[i], 1, f),
-                         variance = RelativeVariance(atHit[k], queries);
-            data.table.Add({fiber.axisRatio, fiber.roughness, fiber.sigmaA, fiber.alpha, models[k].name,
-                            error, litAt(0), litAt(45), noise, costs[k].evaluate, costs[k].sample, variance});
+                         variance = RelativeVariance(prepared[k], queries);
+            data.table.Add({fiber.axisRatio, fiber.roughness, fiber.sigmaA, fiber.alpha,
+                            std::string(models[k].fit.title), error, litAt(0), litAt(45), noise,
+                            costs[k].evaluate, costs[k].sample, variance});
             mean[k].error[section] += error * share[section];
             mean[k].evaluate[section] += costs[k].evaluate * share[section];
             mean[k].effort[section] += variance * costs[k].sample * share[section];
@@ -592,7 +489,7 @@ FigureData ModelsChart(const FigureOptions &options) {
     data.plot.panels = {
         PanelOf(models, mean, &Mean::evaluate, "CPU time of an evaluation, set-up included (ns)"),
         PanelOf(models, mean, &Mean::effort, "relative variance of a sample times its CPU time (ns)")};
-    data.checks = LawsOf(mean, noisiest, quick);
+    data.checks = LawsOf(models, mean, noisiest, quick);
     data.note = NoteOf(grid, round, fibers.size() - round, noisiest);
     return data;
 }

@@ -1,5 +1,6 @@
 // The paths that leave a smooth fiber in one direction, by Marschner's cubic, by the cubic polished, and by
 // all roots exactly.
+#include "fibers/np.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/charts/charts.h"
 #include "figures/charts/cost.h"

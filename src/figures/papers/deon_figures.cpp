@@ -1,9 +1,10 @@
 // The plots of "An Energy-Conserving Hair Reflectance Model" by d'Eon, Francois, Hill, Letteri and Aubry
 // (2011).
 #include "core/color.h"
+#include "fibers/ap.h"
 #include "fibers/deon.h"
 #include "fibers/hair.h"
-#include "fibers/longitudinal.h"
+#include "fibers/longitudinal_forms.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/papers/paper_figures.h"
 

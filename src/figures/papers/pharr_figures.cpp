@@ -1,5 +1,7 @@
 // The plots of Pharr's "The Implementation of a Hair Scattering Model" (2016).
-#include "fibers/hair_model.h"
+#include "core/quadrature.h"
+#include "fibers/mp.h"
+#include "fibers/np.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/papers/paper_figures.h"
 

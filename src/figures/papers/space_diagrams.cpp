@@ -1,6 +1,6 @@
 // The papers' diagrams in space. Directions are those of the fiber: x along it toward the tip. The rays are
 // traced with vectors, and a law checks the papers' formulas against them.
-#include "fibers/hair_model.h"
+#include "fibers/fiber_angles.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/papers/paper_figures.h"
 #include "figures/papers/sheet.h"
