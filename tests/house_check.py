@@ -317,29 +317,6 @@ CHECKS = {
 }
 
 
-# Rooms that are being rebuilt are not held yet to the rules that they are rebuilt for: folders, or files, by their
-# beginning. The list only gets shorter. What passes again is named, so that it can be taken off.
-REBUILT = ["src/fibers/", "src/materials/", "src/scene/", "tests/fibers/", "tests/materials/",
-           "tests/scene/", "src/figures/atlas/atlas_fibers.",
-           "src/figures/atlas/atlas_models.cpp", "src/figures/charts/models_chart.cpp"]
-PENDING = {
-    "size": REBUILT,
-    "types": REBUILT,
-    "words": REBUILT,
-    "messages": REBUILT,
-    "tables": REBUILT,
-}
-
-
-def without_pending(check, errors, pending=None):
-    """The errors of what is not pending, after a note for everything that need not be."""
-    waiting = (PENDING if pending is None else pending).get(check, [])
-    for beginning in waiting:
-        if not any(error.startswith(beginning) for error in errors):
-            print(f"note: {beginning} passes {check}: take it off PENDING")
-    return [error for error in errors if not error.startswith(tuple(waiting))]
-
-
 def main(names):
     names = list(CHECKS) if names == ["all"] else names
     if not names or any(name not in CHECKS for name in names):
@@ -347,7 +324,7 @@ def main(names):
     files = list(house())
     count = 0
     for name in names:
-        errors = without_pending(name, CHECKS[name](files))
+        errors = CHECKS[name](files)
         print("\n".join(errors))
         print(f"{name}: {len(errors)} errors")
         count += len(errors)

@@ -162,11 +162,6 @@ class HouseCheck(unittest.TestCase):
         self.fails("tables", "// The lights.\n" + table, "src/shapes/a.cpp:2", "kLights")
 
     # --- the program ---
-    def test_pending_files_are_passed_over_and_no_others(self):
-        errors = ["src/a.cpp:1: error: x", "src/b.cpp:2: error: y"]
-        self.assertEqual(house.without_pending("size", errors, {"size": ["src/a."]}), errors[1:])
-        self.assertEqual(house.without_pending("words", errors, {"size": ["src/a."]}), errors)
-
     def test_the_house_is_read(self):
         files = dict(house.house())
         self.assertIn("src/core/error.h", files)

@@ -23,6 +23,7 @@ constexpr ParamInfo kCommon[] = {
     {"beta_m", "float texture", "", "0.3", "roughness along the fiber", 0, 1},
     {"beta_n", "float texture", "", "0.3", "roughness around the fiber", 0, 1},
     {"alpha", "float texture", "degrees", "2", "tilt of the cuticle's scales"},
+    {"bumpmap", "float texture", "lengths of the scene", "", "is not rendered on hair"},
 };
 
 // Textures are clamped where they are looked up, and nothing is said of them.

@@ -39,7 +39,8 @@ class Light {
     virtual Spectrum Power() const = 0;
     virtual bool IsDelta() const { return false; }
     virtual bool IsInfinite() const { return false; } // Le may be other than 0
-    // How many samples Integrator "directlighting" takes of this light at each hit: the scene's "samples", at least 1.
+    // How many samples Integrator "directlighting" takes of this light at each hit: the scene's "samples",
+    // at least 1.
     int Samples() const { return samples_; }
     void SetSamples(int samples) { samples_ = std::max(1, samples); }
 

@@ -1,5 +1,5 @@
-// What an evaluation (value and density) and a sample cost in every model of a fiber, in the forms that its
-// row names, set-up included, as at every hit.
+// Measures what an evaluation (value and density) and a sample cost in every model of a fiber, in the forms
+// that its row names, set-up included, as at every hit.
 #include "core/sampling.h"
 #include "fibers/models.h"
 

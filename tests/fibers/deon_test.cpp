@@ -110,7 +110,7 @@ TEST(DEon, ThirtyFiveNodes) {
         }
 }
 
-// What N_p sends around the fiber is what A_p lets through.
+// N_p sends around the fiber what A_p lets through.
 TEST(DEon, AzimuthalEnergyIsTheMeanOfTheAttenuation) {
     for (const float beta : {2.f, 15.f, 70.f, 200.f}) {
         const DEonQuadrature<double> n(Fiber(5, beta, 0.3f));
@@ -359,7 +359,7 @@ DEonParameters NearFiber(float h, float sigmaA) {
     return p;
 }
 
-// What orders beyond the lobes hold, from the geometric series itself: no more than the share, and one lobe
+// The orders beyond the lobes hold, by the geometric series itself, no more than the share, and one lobe
 // fewer would leave more. Black hair takes one lobe, white hair all of them toward grazing.
 TEST(ChosenLobes, LeaveNoMoreThanTheirShare) {
     const double share = 0.01;

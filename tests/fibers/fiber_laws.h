@@ -16,7 +16,7 @@ namespace cuticle::laws {
 // The model in double: value and density for two unit directions.
 using Reference = std::function<FiberValue<double>(const Vector3d &wo, const Vector3d &wi)>;
 
-// Where the model has its peaks for one viewer: angles along and around the fiber, and widths.
+// The peaks that a model has for one viewer: angles along and around the fiber, and widths.
 struct Peaks {
     std::vector<furnace::Peak> theta, phi;
 };

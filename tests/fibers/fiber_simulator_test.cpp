@@ -572,8 +572,8 @@ TEST(FiberSimulator, TheMedullaTakesWhatPassesThroughIt) {
     }
 }
 
-// Without an interface, a thin medulla scatters once: the mean cosine is g, but for the second scattering,
-// which of light scattered once another sigma_s l suffers at most.
+// A thin medulla without an interface scatters once: the mean cosine is g, but for the second scattering,
+// which another sigma_s l at most of the light scattered once suffers.
 TEST(FiberSimulator, HenyeyAndGreensteinHaveTheirMeanCosine) {
     for (const double g : {-0.7, 0., 0.5}) {
         FiberDescription fiber;
@@ -660,37 +660,6 @@ TEST(FiberSimulator, NearFieldsMakeTheFarField) {
             sum[c], far.Density(far.Sum(), 0, c / 12, c % 12),
             kSigmas * std::hypot(std::sqrt(variance[c]), far.DensityError(far.Sum(), 0, c / 12, c % 12)) +
                 1e-4);
-}
-
-TEST(FiberSimulator, WhatHasNoMeaningIsRefused) {
-    const auto refuses =
-        [](const std::function<void(FiberDescription *, FiberLight *, FiberMeasurement *)> &change) {
-            FiberDescription fiber;
-            FiberLight light;
-            FiberMeasurement m;
-            m.samples = 10;
-            change(&fiber, &light, &m);
-            EXPECT_THROW(SimulateFiber(fiber, light, m), Error);
-        };
-    refuses([](auto *f, auto *, auto *) { f->eta = 0; });
-    refuses([](auto *f, auto *, auto *) { f->eta = NAN; });
-    refuses([](auto *f, auto *, auto *) { f->axisRatio = 0; });
-    refuses([](auto *f, auto *, auto *) { f->rotation = INFINITY; });
-    refuses([](auto *f, auto *, auto *) { f->alpha = 1; });
-    refuses([](auto *f, auto *, auto *) { f->roughnessV = -0.1; });
-    refuses([](auto *f, auto *, auto *) { f->sigmaA = {}; });
-    refuses([](auto *f, auto *, auto *) { f->sigmaA = {-1}; });
-    refuses([](auto *f, auto *, auto *) { f->medullaSigmaA = {1, 2}; });
-    refuses([](auto *f, auto *, auto *) { f->medullaRatio = 1; });
-    refuses([](auto *f, auto *, auto *) { f->medullaG = 1; });
-    refuses([](auto *f, auto *, auto *) { f->medullaSigmaS = NAN; });
-    refuses([](auto *, auto *l, auto *) { l->theta = kPi<double> / 2; });
-    refuses([](auto *, auto *l, auto *) { l->phi = NAN; });
-    refuses([](auto *, auto *l, auto *) { l->h = 1.5; });
-    refuses([](auto *, auto *, auto *m) { m->orders = 0; });
-    refuses([](auto *, auto *, auto *m) { m->only = 4; });
-    refuses([](auto *, auto *, auto *m) { m->samples = 0; });
-    refuses([](auto *, auto *, auto *m) { m->cells = {0, 8}; });
 }
 
 // Extremes end, with nothing but finite numbers.

@@ -87,7 +87,7 @@ Mesh MakeMesh(double a, double b, double k, const std::vector<Peak> &peaks, doub
     const double t0 = t(a, &rate), t1 = t(b, &rate);
     const auto panels = static_cast<size_t>(std::ceil((t1 - t0) / panelInT));
     const double half = (t1 - t0) / static_cast<double>(panels) / 2;
-    // Where t(u) = target: Newton's method, kept inside the interval that is known to hold the place.
+    // Finds t(u) = target: Newton's method, kept inside the interval that is known to hold the place.
     const auto solve = [&](double target, double from) {
         double to = b, u = from;
         for (int step = 0; step < 200; ++step) {

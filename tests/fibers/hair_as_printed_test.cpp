@@ -104,7 +104,7 @@ TEST(AsPrinted, TiltOfThetaILosesEnergy) {
     }
 }
 
-// Where the printed class works it is the same model: alike to what its series and logarithms miss.
+// The printed class, where it works, is the same model: alike to what its series and logarithms miss.
 TEST(AsPrinted, AgreesWithTheModelToItsOwnErrors) {
     RNG rng(1);
     double worst = 0;

@@ -1,4 +1,4 @@
-// Where the lobes of a fiber lie, for quadrature.
+// The places of a fiber's lobes, for quadrature.
 #pragma once
 
 #include "fibers/furnace.h"

@@ -46,7 +46,7 @@ Vector3f RandomDirection(RNG &rng) { return UniformSampleSphere({rng.UniformFloa
 
 // ---- sampling ---------------------------------------------------------------------------------------------
 
-// Of a fiber that absorbs nothing every sample weighs 1, whatever its lobes and tilts are.
+// Every sample of a fiber that absorbs nothing weighs 1, whatever its lobes and tilts are.
 TEST_P(Hair, SamplingWeights) {
     RNG rng(1);
     double worst = 0;
@@ -248,8 +248,8 @@ TEST(HairModel, ScalarTypesAgreeToTheirPrecision) {
 
 // ---- the scales -------------------------------------------------------------------------------------------
 
-// Where f cos of a black fiber, all of it R, peaks along theta_i: at theta_i + theta_o = -2 alpha, toward the
-// root.
+// Finds theta_i at which f cos of a black fiber, all of it R, peaks: at theta_i + theta_o = -2 alpha, toward
+// the root.
 double PeakOfR(ScaleTilt tilt, double thetaO, float alpha) {
     const HairBSDF hair(0, kEta, Spectrum(1e4f), 0.02f, 0.3f, alpha, tilt);
     double best = 0, at = 0;
@@ -608,151 +608,6 @@ TEST_P(Hair, RandomAndEdgeInputsAreSane) {
     }
     std::printf("%s: %llu constructions, samples and evaluations without NaN, infinity or negative value\n",
                 GetParam().c_str(), static_cast<unsigned long long>(n));
-}
-
-// ---- pieces -----------------------------------------------------------------------------------------------
-
-TEST(HairModel, WrapsAnglesByRounding) {
-    for (const double x : {0., 3., -3., 3.2, -3.2, 10., -10., 1e6}) {
-        const double wrapped = WrapAngle(x);
-        EXPECT_LE(std::abs(wrapped), std::numbers::pi);
-        EXPECT_NEAR(std::sin(wrapped), std::sin(x), 1e-9) << x;
-        EXPECT_NEAR(std::cos(wrapped), std::cos(x), 1e-9) << x;
-    }
-    EXPECT_TRUE(std::isnan(WrapAngle(std::numeric_limits<double>::infinity())));
-    EXPECT_TRUE(std::isnan(WrapAngle(std::numeric_limits<float>::quiet_NaN())));
-}
-// The lobes turned as complex numbers are those turned by angles.
-TEST(HairModel, TurnsOnTheCircleArePhi) {
-    for (double h = -0.95; h < 1; h += 0.1)
-        for (const double theta : {0., 0.8, 1.5}) {
-            const Refraction<double> r =
-                Refract(std::cos(theta), h, std::sqrt(1 - h * h), 1.55, 1.55 * 1.55 - 1);
-            const PhiInPlane<double> turn = TurnsOfPaths(h, std::sqrt(1 - h * h), r);
-            for (int p = 0; p < 3; ++p) {
-                const double phi = Phi(p, std::asin(h), std::asin(r.SinGammaT()));
-                const double c = turn.cos[static_cast<size_t>(p)], s = turn.sin[static_cast<size_t>(p)];
-                EXPECT_NEAR(c / std::hypot(c, s), std::cos(phi), 1e-14);
-                EXPECT_NEAR(s / std::hypot(c, s), std::sin(phi), 1e-14);
-            }
-        }
-}
-// The text's own formulas for refraction, where they hold.
-TEST(HairModel, RefractionIsTheTextsInOtherTerms) {
-    const double eta = 1.55, sigma = 0.7;
-    for (double h = -0.9; h < 1; h += 0.2)
-        for (double theta = -1.5; theta < 1.5; theta += 0.3) {
-            const Refraction<double> r =
-                Refract(std::cos(theta), h, std::sqrt(1 - h * h), eta, eta * eta - 1);
-            const double etaPrime = std::sqrt(eta * eta - Sqr(std::sin(theta))) / std::cos(theta);
-            const double cosThetaT = std::sqrt(1 - Sqr(std::sin(theta) / eta));
-            EXPECT_NEAR(r.SinGammaT(), h / etaPrime, 1e-14);
-            EXPECT_NEAR(r.length, 2 * std::sqrt(1 - Sqr(h / etaPrime)) / cosThetaT, 1e-13);
-            const double t = std::exp(-sigma * r.length);
-            const FresnelPair<double> f = Fresnel(r.cosIncident, r.t, eta);
-            EXPECT_NEAR(f.f + f.oneMinusF, 1, 1e-14);
-            const std::array<double, kLobes> ap = Ap(f.f, f.oneMinusF, t, 1 - t);
-            EXPECT_NEAR(ap[2], Sqr(1 - f.f) * f.f * t * t, 1e-14);
-            double rest = 0, term = Sqr(1 - f.f) * f.f * f.f * t * t * t;
-            for (int p = 3; p < 3000; ++p)
-                rest += term, term *= f.f * t;
-            EXPECT_NEAR(ap[3], rest, 1e-13);
-        }
-}
-// facts: at beta_n = 1 the logistic holds a third of its mass inside +-pi; trimmed it holds all.
-TEST(HairModel, LogisticAtBetaNOneIsTrimmed) {
-    const double s = AzimuthalScale(1.);
-    EXPECT_NEAR(1 - LogisticTail(s), 0.35, 0.005);
-    const int n = 100000;
-    double sum = 0;
-    for (int i = 0; i < n; ++i)
-        sum += TrimmedLogistic((2 * (i + 0.5) / n - 1) * std::numbers::pi, s, -std::numbers::pi,
-                               std::numbers::pi);
-    EXPECT_NEAR(sum * 2 * std::numbers::pi / n, 1, 1e-9);
-}
-TEST(HairModel, SampledLogisticInvertsItsDistribution) {
-    for (const double s : {kMinS<double>, 0.01, 0.3, 4.28})
-        for (const double u : {1e-9, 0.01, 0.3, 0.5, 0.7, 0.999, 1 - 1e-9}) {
-            const double x = SampleTrimmedLogistic(u, s, LogisticTail(s));
-            const double pi = std::numbers::pi;
-            const double below =
-                (LogisticCDF(x, s) - LogisticCDF(-pi, s)) / (LogisticCDF(pi, s) - LogisticCDF(-pi, s));
-            EXPECT_NEAR(below, u, 1e-12) << s;
-        }
-    EXPECT_FLOAT_EQ(SampleTrimmedLogistic(0.f, 4.28f, LogisticTail(4.28f)), -Pi);
-}
-// facts, row 12: what one lobe for all p >= 3 holds of a white fiber, over its width.
-TEST(HairModel, ShareOfTheLastLobe) {
-    const struct { double degrees, share; } expected[] = {{0, 0.008}, {60, 0.027}, {85, 0.14}};
-    for (const auto &e : expected) {
-        double sum = 0;
-        const int n = 2000;
-        for (int i = 0; i < n; ++i) {
-            const HairLobes<double> hair({static_cast<float>(2 * (i + 0.5) / n - 1),
-                                          kEta,
-                                          {0, 0, 0},
-                                          0.3f,
-                                          0.3f,
-                                          2,
-                                          ScaleTilt::RootToTip});
-            sum +=
-                hair.Attenuations({std::sin(ToRadians(e.degrees)), std::cos(ToRadians(e.degrees)), 0})[3][0] /
-                n;
-        }
-        std::printf("p >= 3 at %g degrees: %.4f\n", e.degrees, sum);
-        EXPECT_NEAR(sum / e.share, 1, 0.1) << e.degrees;
-    }
-}
-// facts, row 16: A depends on theta_o alone, so the model is not reciprocal. How much is a number to know.
-TEST(HairModel, AttenuationIsNotReciprocal) {
-    const HairLobes<double> hair({0, kEta, {1, 1, 1}, 0.3f, 0.3f, 0, ScaleTilt::RootToTip});
-    const double ratio = hair.Attenuations({std::sin(ToRadians(60)), std::cos(ToRadians(60)), 0})[1][0] /
-                         hair.Attenuations({0, 1, 0})[1][0];
-    std::printf("A_TT at 60 degrees over A_TT at 0: %.3f\n", ratio);
-    EXPECT_NEAR(ratio, 0.59, 0.005);
-}
-
-// ---- colour -----------------------------------------------------------------------------------------------
-
-TEST(HairColor, SigmaAFromReflectanceIsClamped) {
-    for (const float beta : {0.f, 0.3f, 1.f, 5.f, -1.f}) {
-        const Spectrum s = HairBSDF::SigmaAFromReflectance(Spectrum(0.f, 1.f, 7.f), beta);
-        EXPECT_TRUE(std::isfinite(s[0]) && s[0] > 0);
-        EXPECT_EQ(s[1], 0);
-        EXPECT_EQ(s[2], 0);
-    }
-    EXPECT_GT(HairBSDF::SigmaAFromReflectance(Spectrum(-1.f), 0.3f)[0], 0);
-    EXPECT_TRUE(HairBSDF::SigmaAFromReflectance(Spectrum(kNaN), 0.3f).HasNaNs());
-    EXPECT_TRUE(HairBSDF::SigmaAFromReflectance(Spectrum(0.5f), kNaN).HasNaNs());
-}
-// Pharr's figure 1.20. Its upper sigma_a is that of beta_n = 0.8, not of the 0.3 in the caption.
-TEST(HairColor, SigmaAFromReflectanceAsInTheText) {
-    const Spectrum upper = HairBSDF::SigmaAFromReflectance(Spectrum(0.8f, 0.4f, 0.05f), 0.8f);
-    const Spectrum caption = HairBSDF::SigmaAFromReflectance(Spectrum(0.8f, 0.4f, 0.05f), 0.3f);
-    const Spectrum lower = HairBSDF::SigmaAFromReflectance(Spectrum(0.2f, 0.8f, 0.3f), 0.8f);
-    const float upperText[] = {0.003f, 0.046f, 0.488f}, captionTrue[] = {0.0014f, 0.0242f, 0.2588f},
-                lowerText[] = {0.141f, 0.003f, 0.079f};
-    std::printf(
-        "sigma_a of (0.8, 0.4, 0.05) at beta_n = 0.3: (%.4f, %.4f, %.4f), at 0.8: (%.4f, %.4f, %.4f)\n",
-        static_cast<double>(caption[0]), static_cast<double>(caption[1]), static_cast<double>(caption[2]),
-        static_cast<double>(upper[0]), static_cast<double>(upper[1]), static_cast<double>(upper[2]));
-    for (int c = 0; c < 3; ++c) {
-        EXPECT_NEAR(upper[c], upperText[c], 6e-4);
-        EXPECT_NEAR(caption[c], captionTrue[c], 6e-5);
-        EXPECT_NEAR(lower[c], lowerText[c], 6e-4);
-    }
-}
-// Figure 1.10: black is 8 parts of eumelanin, its brown 2.0, not the 1.3 of the text.
-TEST(HairColor, SigmaAFromConcentrationAsInTheText) {
-    const Spectrum black = HairBSDF::SigmaAFromConcentration(8, 0),
-                   brown = HairBSDF::SigmaAFromConcentration(2, 0);
-    const float blackText[] = {3.35f, 5.58f, 10.96f}, brownText[] = {0.84f, 1.39f, 2.74f};
-    for (int c = 0; c < 3; ++c) {
-        EXPECT_NEAR(black[c], blackText[c], 6e-3);
-        EXPECT_NEAR(brown[c], brownText[c], 6e-3);
-    }
-    EXPECT_EQ(HairBSDF::SigmaAFromConcentration(-1, -1), Spectrum(0.f));
-    EXPECT_FLOAT_EQ(HairBSDF::SigmaAFromConcentration(0, 2)[1], 0.8f);
 }
 
 } // namespace

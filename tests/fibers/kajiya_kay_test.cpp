@@ -80,7 +80,7 @@ double Energy(double kd, double ks, double exponent, double theta) {
         .energy[1];
 }
 
-// What the model is known for: it conserves no energy. The diffuse term returns Kd from everywhere; the
+// The model conserves no energy, and is known for it. The diffuse term returns Kd from everywhere; the
 // highlight Ks square to the fiber and less and less of it towards the ends, in step with the cosine of the
 // inclination; so no constant factor mends it.
 TEST(KajiyaKay, EnergyIsNotConserved) {

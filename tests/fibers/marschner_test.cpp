@@ -22,7 +22,7 @@ laws::Reference ReferenceOf(const MarschnerParameters &p) {
     };
 }
 
-// Where the lobes are, for meshes: along the fiber the three cones, around it the glints of a few
+// The places of the lobes, for meshes: along the fiber the three cones, around it the glints of a few
 // inclinations.
 laws::Peaks PeaksOf(const MarschnerParameters &p, double theta) {
     laws::Peaks peaks;
@@ -107,8 +107,8 @@ double OverCircle(std::vector<double> places, F f) {
 // Every ray leaves somewhere: over phi, the densities of the roots add up to the width. Of the polished roots
 // some are missing near caustics, and none is counted twice.
 TEST(RootMethods, DensitiesAddUpToTheWidth) {
-    double least = 1, leastEta = 0;
-    int leastPath = 0;
+    double least = 1, minEta = 0;
+    int minPath = 0;
     for (const double etaPrime : {1.4, 1.55, 2.5})
         for (int p = 0; p < 4; ++p) {
             const SmoothFiber<double> fiber(1, etaPrime);
@@ -134,10 +134,10 @@ TEST(RootMethods, DensitiesAddUpToTheWidth) {
             const double polished = width(RootMethod::PolishedCubic);
             EXPECT_LT(polished, 1.001) << etaPrime << " " << p;
             if (polished < least)
-                least = polished, leastEta = etaPrime, leastPath = p;
+                least = polished, minEta = etaPrime, minPath = p;
         }
-    std::printf("polished cubic: at least %.3f of the width, p = %d at eta' = %.3g\n", least, leastPath,
-                leastEta);
+    std::printf("polished cubic: at least %.3f of the width, p = %d at eta' = %.3g\n", least, minPath,
+                minEta);
     EXPECT_GT(least, 0.6);
 }
 

@@ -84,8 +84,8 @@ TEST(Microfacets, VisibleNormalsFollowTheirDensity) {
         }
 }
 
-// Of rays that climb from height h, the share c^Lambda leaves; what stays is met above h. 5 standard errors,
-// n = 100000.
+// The share c^Lambda of rays that climb from height h leaves; the rest meets the surface above h. 5 standard
+// errors, n = 100000.
 TEST(Microfacets, HeightsAboveAreMetOrLeft) {
     const Microfacets surface(Kind::Beckmann, kAlphaX, kAlphaY);
     const Vector3d up = Normalize(Vector3d(0.9, 0, 0.2));

@@ -41,7 +41,7 @@ TEST(SmoothFiber, FresnelWithTwoIndicesIsFresnel) {
         }
 }
 
-// What leaves at phi came in at the roots: every ray finds itself again, and every root is a ray.
+// Light that leaves at phi came in at the roots: every ray finds itself again, and every root is a ray.
 TEST(SmoothFiber, RootsAreThePaths) {
     RNG rng(MixBits(7));
     for (int k = 0; k < 4000; ++k) {

@@ -120,7 +120,8 @@ TEST(Tabulated, SamplesFollowThePdf) {
     }
 }
 
-// What leaves is what the table says, and of a clear fiber everything, but for the noise of Russian roulette.
+// As much light leaves as the table says, and of a clear fiber everything, but for the noise of Russian
+// roulette.
 TEST(Tabulated, EnergyIsTheSimulators) {
     double worst = 0;
     for (const View &v : kViews) {

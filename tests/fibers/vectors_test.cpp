@@ -543,7 +543,7 @@ TYPED_TEST(FarDEonVectors, ValuesAndDensities) {
     std::printf("%zu rows, off by at most %.2g\n", v.Rows(), worst);
 }
 
-// Where its samples fall, by quadrature and from the table.
+// Its samples fall by quadrature as from the table.
 TEST(FarFieldVectors, DEonSamplesFallIntoCellsAsTheyShould) {
     const Vectors v("deon_cells");
     for (size_t i = 0; i < v.Rows(); ++i) {

@@ -290,8 +290,8 @@ TEST(StandIns, AreOneWarningEach) {
     EXPECT_EQ(FlushWarnings(), 2u);
 }
 
-// The reflectance of the half space is the integral of the dipole's profile (Jensen et al. 2001, equation 4) over
-// the plane, here in double over the logarithm of the radius.
+// The reflectance of the half space is the integral of the dipole's profile (Jensen et al. 2001, equation 4)
+// over the plane, here in double over the logarithm of the radius.
 TEST(StandIns, DipoleReflectanceIsTheIntegralOfItsProfile) {
     for (const double albedo : {0.05, 0.5, 0.9, 0.99, 0.999})
         for (const double eta : {1.0, 1.3, 1.5}) {

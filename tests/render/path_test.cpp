@@ -2,7 +2,6 @@
 #include "render/renderer.h"
 #include "warnings.h"
 
-
 #include "core/error.h"
 #include "fibers/hair.h"
 #include "materials/hair_material.h"
