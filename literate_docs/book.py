@@ -245,8 +245,19 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
                              encoding="utf-8", errors="replace")
         if run.returncode != 0:
             raise BookError(chapter, line, f"`{command}` ends with status {run.returncode}: {run.stdout.strip()[-300:]}")
+        self.require_tests(command, folder, chapter, line)
         kept.write_text(run.stdout, encoding="utf-8")
         return run.stdout
+
+    @staticmethod
+    def require_tests(command, folder, chapter, line):
+        """Every pattern of a --gtest_filter chooses a test: one that matches none would be printed as passed."""
+        for program, patterns in re.findall(r"(\S+)[^;|&]*--gtest_filter='?([^'\s]+)", command):
+            for pattern in filter(None, patterns.split("-")[0].split(":")):
+                tests = subprocess.run([program, "--gtest_list_tests", f"--gtest_filter={pattern}"], cwd=folder, capture_output=True,
+                                       text=True).stdout
+                if not re.search(r"^  \S", tests, re.M):
+                    raise BookError(chapter, line, f"no test of {program} is called {pattern}")
 
     def fenced(self, match, chapter):
         kind, argument, body = match[1], match[2].strip(), match[3]

@@ -116,6 +116,16 @@ class Weaver(unittest.TestCase):
     def test_a_command_that_fails(self):
         self.assert_stops(GOOD_CHAPTER.replace("echo 6*7", "false && echo 6*7"), f"{CHAPTER}:27: error: `", "ends with status 1")
 
+    def test_a_pattern_of_tests_that_matches_none(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = Path(folder) / "tests.sh"  # lists one test for the pattern A*, none for others
+            program.write_text("#!/bin/sh\ncase \"$*\" in *list_tests*=A\\*) printf 'A.\\n  One\\n';; esac\n")
+            program.chmod(0o755)
+            check = book.Book.require_tests
+            check(f"{program} --gtest_brief=1 --gtest_filter='A*'", folder, CHAPTER, 1)
+            with self.assertRaisesRegex(book.BookError, r"no test of .*tests.sh is called B\*"):
+                check(f"{program} --gtest_filter='A*:B*'", folder, CHAPTER, 1)
+
     def test_a_command_runs_again_when_a_program_that_it_names_has_changed(self):
         with tempfile.TemporaryDirectory() as folder:
             program = Path(folder) / "build/release/tool"

@@ -331,6 +331,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("| parameter | type | unit | may be | default | meaning |\n", hair)
         row = next(line for line in hair.splitlines() if line.startswith("| `beta_m` |"))
         self.assertIn("| 0 to 1 | 0.3 |", row)
+        self.assertRegex(hair, r"(?m)^\| `model` \|.*\| chiang, kajiya-kay, .*tabulated \|")
         self.assertEqual(self.ok("features", "material", "hair").stdout, hair)
         everything = self.ok("features", "Material").stdout
         self.assertIn(hair, everything)
@@ -339,7 +340,11 @@ class CommandLine(unittest.TestCase):
         self.assertIn("Known and not rendered", self.ok("features", "Shape", "nurbs").stdout)
         self.assertIn('## Material ""\n', self.ok("features", "Material", "").stdout)
         self.fails("features", "Materiel", says='error: no directive "Materiel" takes the name of a plug-in. Did you mean "Material"?')
+        self.fails("features", "hair", says='error: "hair" is no directive; it is the name of a Material: cuticle features Material hair')
         self.fails("features", "Shape", "spere", says='error: Shape "spere" is not known. Did you mean "sphere"?')
+
+    def test_a_wrong_command_is_answered_with_the_nearest(self):
+        self.fails("rendr", "x.pbrt", says='error: there is no command "rendr". Did you mean "render"?')
 
     def test_goniometer(self):
         run = self.ok("goniometer", "--samples", "20000", "--alpha", "3", "--roughness", "0.1", "--sigma-a", "0", "0.5",

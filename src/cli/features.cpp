@@ -25,8 +25,9 @@ void AddFeaturesCommand(CLI::App &app) {
         "and the name of one that it makes, all parameters. In Markdown, from the code's own tables.\n"
         "Example: cuticle features Material hair");
     auto arguments = std::make_shared<FeaturesArguments>();
-    CLI::Option *kind = c->add_option("KIND", arguments->kind, "A directive: Camera, Material, Shape, ...");
-    CLI::Option *name = c->add_option("NAME", arguments->name, "What it makes: hair, sphere, ...");
+    CLI::Option *kind = c->add_option("KIND", arguments->kind, "a directive: Camera, Material, Shape, ...");
+    CLI::Option *name =
+        c->add_option("NAME", arguments->name, "the name of one that it makes: hair, sphere, ...");
     c->callback([=] {
         const FeaturesArguments &a = *arguments;
         std::cout << (name->count()   ? PluginManual(AllPlugins(), a.kind, a.name)

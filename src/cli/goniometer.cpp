@@ -1,5 +1,6 @@
 // cuticle goniometer: measures what one simulated fiber scatters.
 #include "cli/commands.h"
+#include "core/angles.h"
 #include "core/clock.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -13,8 +14,6 @@
 namespace cuticle {
 
 namespace {
-
-constexpr double kRadians = kPi<double> / 180;
 
 struct GoniometerArguments {
     FiberDescription fiber;
@@ -67,7 +66,7 @@ std::string SliceCsv(const FiberHistogram &histogram, const GoniometerArguments 
         }
     text += '\n';
     for (size_t i = 0; i < slices[0].angle.size(); ++i) {
-        text += Number(slices[0].angle[i] / kRadians);
+        text += Number(slices[0].angle[i] / kDegree);
         for (const LobeSlice &s : slices)
             text += "," + Number(s.value[i]) + "," + Number(s.error[i]);
         text += '\n';
@@ -124,9 +123,9 @@ std::string Title(const GoniometerArguments &a) {
 }
 
 void RunGoniometer(GoniometerArguments a) {
-    a.fiber.alpha = a.alpha * kRadians, a.fiber.rotation = a.rotation * kRadians;
-    a.light = {a.thetaI * kRadians, a.phiI * kRadians, a.h};
-    a.view.halfWidth = a.width / 2 * kRadians, a.view.thetaOffset = a.offset * kRadians;
+    a.fiber.alpha = a.alpha * kDegree, a.fiber.rotation = a.rotation * kDegree;
+    a.light = {a.thetaI * kDegree, a.phiI * kDegree, a.h};
+    a.view.halfWidth = a.width / 2 * kDegree, a.view.thetaOffset = a.offset * kDegree;
     if (!a.roughness.empty())
         a.fiber.roughnessU = a.roughness.front(), a.fiber.roughnessV = a.roughness.back();
     if (!a.cells.empty())

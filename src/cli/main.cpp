@@ -3,10 +3,13 @@
 #include "core/check.h"
 #include "core/error.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <string>
+#include <vector>
 
 namespace cuticle {
 
@@ -22,6 +25,19 @@ void CheckFolderName(const std::string &folder, const std::string &files) {
 }
 
 } // namespace cuticle
+
+// A first word that is no command is answered with the nearest one.
+static void RequireCommand(const CLI::App &app, int argc, char **argv) {
+    const std::string_view word = argc > 1 ? argv[1] : "-";
+    std::vector<std::string> names;
+    for (const CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; }))
+        names.push_back(command->get_name());
+    if (word.starts_with("-") || std::find(names.begin(), names.end(), word) != names.end())
+        return;
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    throw cuticle::Error("there is no command \"{}\"", word)
+        .WithRemedy(cuticle::Suggestion(word, known.data(), known.size()));
+}
 
 static int Run(int argc, char **argv) {
     cuticle::InstallCheckHandler();
@@ -51,6 +67,7 @@ static int Run(int argc, char **argv) {
     cuticle::AddChartCommand(app);
     cuticle::AddAtlasCommand(app);
     try {
+        RequireCommand(app, argc, argv);
         app.parse(argc, argv);
     } catch (const CLI::ParseError &e) {
         // Every mistake exits with 1; help and version with 0

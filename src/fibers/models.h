@@ -113,7 +113,8 @@ class FiberValues final : public FiberSettings {
 
 //> Say how a model was published
 // One of three. A maker of its own: code that keeps the formulas as printed. Parameters of a scene with which
-// ours is the published form. Or why there is none, in lines for a figure.
+// ours is the published form (the default: ours as it comes). Or, of a model that nobody published, why there
+// is no such form, in lines for a figure.
 struct PublishedForm {
     std::unique_ptr<FiberInDouble> (*make)(const FiberInputs &at) = nullptr;
     std::string_view parameters = {};
@@ -123,7 +124,7 @@ struct PublishedForm {
 
 //> Name the forms that laws and benchmarks measure
 // A model with some own parameters set; the first form of a row is the model as it comes. Laws that do not
-// hold are stated as broken: see tests/fibers/fiber_models_test.cpp.
+// hold are stated as broken: see tests/fibers/model_laws.h.
 struct FiberForm {
     std::string_view name; // "six lobes"; empty for the first
     std::vector<OwnValue> own = {};

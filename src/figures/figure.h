@@ -1,6 +1,7 @@
 // A figure, a chart or a map: a table of numbers, the plot of it, and the laws that the numbers must satisfy.
 #pragma once
 
+#include "core/angles.h"
 #include "core/error.h"
 #include "core/vecmath.h"
 #include "figures/plot.h"
@@ -13,9 +14,6 @@
 #include <vector>
 
 namespace cuticle {
-
-inline constexpr double kDegree = kPi<double> / 180;
-inline double Degrees(double radians) { return radians * 180 / kPi<double>; }
 
 // A table has columns with names (and units in them: "theta_deg") and rows of numbers and texts.
 class Table {

@@ -20,8 +20,9 @@ namespace {
 
 using StrandParser = Groom (*)(std::string_view bytes, const std::string &name);
 
-// A format of files with strands. To add one: a pair of files with its Parse function, and a row in kFormats;
-// the message below names all, README.md has a row for each.
+// A format of files with strands. To add a format of grooms: a pair of files with its Parse function, a row
+// in kFormats, its beginning in the message of ParserFor; the help texts of cli/groom.cpp and the README name
+// all.
 struct StrandFormat {
     std::string_view ending;
     bool (*begins)(std::string_view bytes); // whether a file of this format can begin so

@@ -1,7 +1,9 @@
 #include "materials/hair_models.h"
 
 #include <algorithm>
+#include <deque>
 #include <limits>
+#include <mutex>
 #include <sstream>
 
 namespace cuticle {
@@ -10,8 +12,7 @@ namespace {
 
 // Every model takes these, whatever its own parameters are. pbrt-v3's names and defaults, but for "model".
 constexpr ParamInfo kCommon[] = {
-    {"model", "string", "", "chiang",
-     "the model of a fiber, by its name; below, the parameters of all of them"},
+    {"model", "string", "", "chiang", "the model of a fiber; below, the parameters of all of them"},
     {"sigma_a", "spectrum texture", "1/radius", "", "absorption of the fiber; comes before any other colour",
      0},
     {"color", "spectrum texture", "", "", "of a dense head of this hair (Chiang et al. 2016)", 0, 1},
@@ -52,6 +53,15 @@ void WarnOfNumbersOutOfRange(const ParamSet &params, const FiberModel &model) {
 
 std::vector<ParamInfo> HairMaterialParams() {
     std::vector<ParamInfo> all(std::begin(kCommon), std::end(kCommon));
+    // The rows' texts live as long as the program, so does the list of names that the row of "model" shows.
+    static std::deque<std::vector<std::string_view>> lists;
+    static std::mutex mutex;
+    {
+        const std::lock_guard lock(mutex);
+        if (lists.empty() || lists.back().size() != FiberModels().size())
+            lists.push_back(HairModelNames());
+        all.front().choices = lists.back();
+    }
     for (const FiberModel &model : FiberModels())
         for (const ParamInfo &own : model.params)
             if (std::none_of(all.begin(), all.end(), [&](const ParamInfo &p) { return p.name == own.name; }))

@@ -46,8 +46,8 @@ std::string RangeOf(const ParamInfo &p) {
         return fmt::format("{}", fmt::join(p.choices, ", "));
     const bool low = std::isfinite(p.low), high = std::isfinite(p.high);
     if (low && high)
-        return fmt::format("{} to {}", p.low, p.high);
-    return low ? fmt::format("{} or more", p.low) : high ? fmt::format("{} or less", p.high) : "";
+        return fmt::format("{:.7g} to {:.7g}", p.low, p.high);
+    return low ? fmt::format("{:.7g} or more", p.low) : high ? fmt::format("{:.7g} or less", p.high) : "";
 }
 
 std::string ManualOf(PluginKind kind, const PluginInfo &plugin) {
@@ -81,6 +81,11 @@ const PluginTable &FindKind(const PluginTables &tables, std::string_view kind) {
                 return *table;
             names.push_back(DirectiveOf(table->kind));
         }
+    for (size_t k = 0; k < kPluginKinds; ++k)
+        if (const PluginTable *table = tables.Find(static_cast<PluginKind>(k)); table && table->Find(kind))
+            throw Error("\"{}\" is no directive", kind)
+                .WithRemedy("it is the name of a {0}: cuticle features {0} {1}", DirectiveOf(table->kind),
+                            kind);
     throw Error("no directive \"{}\" takes the name of a plug-in", kind)
         .WithRemedy(Suggestion(kind, names.data(), names.size()));
 }
@@ -110,7 +115,8 @@ std::string PluginManual(const PluginTables &tables, std::string_view kind, std:
     const PluginTable &table = FindKind(tables, kind);
     if (const PluginInfo *plugin = table.Find(name))
         return ManualOf(table.kind, *plugin);
-    const std::vector<std::string_view> names = table.Names();
+    std::vector<std::string_view> names = table.Names();
+    std::erase(names, ""); // pbrt's null material, which a list would show as a gap
     throw Error("{} \"{}\" is not known", DirectiveOf(table.kind), name)
         .WithRemedy(Suggestion(name, names.data(), names.size()));
 }

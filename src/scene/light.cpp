@@ -103,6 +103,7 @@ constexpr PluginRow<LightMaker> kLights[] = {
      MakeGoniometric},
     {{"projection", kProjectionParams, "a slide projector"}, MakeProjection},
 };
+// To add an area light: a row here, and its making in MakeAreaLight (area_light.cpp).
 constexpr PluginInfo kAreaLights[] = {
     {"diffuse", kDiffuseAreaParams, "a surface that emits the same radiance everywhere"},
     {"area", kDiffuseAreaParams, "an older name of diffuse"},

@@ -1,5 +1,5 @@
 // A fiber model that no file of the program knows: one row, added here. It passes through a scene, the laws,
-// a cell of the atlas and the manual. The book's appendix on adding a model follows these steps.
+// a cell of the atlas and the manual. Appendix D of the book names these places.
 #include "fibers/model_laws.h"
 #include "figures/atlas/atlas_fibers.h"
 #include "materials/hair_models.h"

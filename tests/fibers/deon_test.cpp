@@ -2,6 +2,7 @@
 // against its quadrature, and samples that follow the density.
 #include "fibers/deon.h"
 
+#include "core/angles.h"
 #include "core/error.h"
 #include "fibers/fiber_laws.h"
 #include "fibers/longitudinal_forms.h"
@@ -15,7 +16,6 @@ namespace cuticle {
 namespace {
 
 using std::numbers::pi;
-constexpr double kDegree = pi / 180;
 
 DEonParameters Fiber(float betaM, float betaN, float sigmaA) {
     DEonParameters p;

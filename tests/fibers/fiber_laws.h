@@ -1,6 +1,6 @@
-// Laws that every model of a fiber must obey, measured for any of them: its density integrates to 1, its
-// samples follow that density (Pearson's chi-squared), its samples' weights are bounded, and how much energy
-// it returns.
+// The measurements that the laws of model_laws.h are made of, for any model of a fiber: its density
+// integrates to 1, its samples follow that density (Pearson's chi-squared), its samples' weights are bounded,
+// and how much energy it returns.
 #pragma once
 
 #include "core/sampling.h"

@@ -5,6 +5,7 @@
 // than 0.3%. Seeds are fixed: a test that passes keeps passing.
 #include "fibers/fiber_simulator.h"
 
+#include "core/angles.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "fibers/hair_model.h"
@@ -17,7 +18,7 @@
 namespace cuticle {
 namespace {
 
-constexpr double kDegree = kPi<double> / 180, kSigmas = 5;
+constexpr double kSigmas = 5;
 
 FiberHistogram Measure(const FiberDescription &fiber, const FiberLight &light, uint64_t samples,
                        const SphereCells &cells = {1, 1}, int orders = 4) {

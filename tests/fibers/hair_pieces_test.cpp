@@ -1,5 +1,6 @@
 // The pieces of the hair model, each by itself: angles, refraction, the trimmed logistic, the share of the
 // last lobe.
+#include "core/angles.h"
 #include "core/error.h"
 #include "core/sampling.h"
 #include "fibers/hair_model.h"
@@ -13,7 +14,6 @@ namespace cuticle {
 namespace {
 
 constexpr float kEta = 1.55f;
-double ToRadians(double degrees) { return degrees * kPi<double> / 180; }
 
 TEST(HairModel, WrapsAnglesByRounding) {
     for (const double x : {0., 3., -3., 3.2, -3.2, 10., -10., 1e6}) {
@@ -99,8 +99,7 @@ TEST(HairModel, ShareOfTheLastLobe) {
                                           2,
                                           ScaleTilt::RootToTip});
             sum +=
-                hair.Attenuations({std::sin(ToRadians(e.degrees)), std::cos(ToRadians(e.degrees)), 0})[3][0] /
-                n;
+                hair.Attenuations({std::sin(Radians(e.degrees)), std::cos(Radians(e.degrees)), 0})[3][0] / n;
         }
         std::printf("p >= 3 at %g degrees: %.4f\n", e.degrees, sum);
         EXPECT_NEAR(sum / e.share, 1, 0.1) << e.degrees;
@@ -109,7 +108,7 @@ TEST(HairModel, ShareOfTheLastLobe) {
 // facts, row 16: A depends on theta_o alone, so the model is not reciprocal. How much is a number to know.
 TEST(HairModel, AttenuationIsNotReciprocal) {
     const HairLobes<double> hair({0, kEta, {1, 1, 1}, 0.3f, 0.3f, 0, ScaleTilt::RootToTip});
-    const double ratio = hair.Attenuations({std::sin(ToRadians(60)), std::cos(ToRadians(60)), 0})[1][0] /
+    const double ratio = hair.Attenuations({std::sin(Radians(60.)), std::cos(Radians(60.)), 0})[1][0] /
                          hair.Attenuations({0, 1, 0})[1][0];
     std::printf("A_TT at 60 degrees over A_TT at 0: %.3f\n", ratio);
     EXPECT_NEAR(ratio, 0.59, 0.005);

@@ -1,6 +1,7 @@
 // The hair model's laws: one number out of each promise that hair.h makes.
 #include "fibers/hair.h"
 
+#include "core/angles.h"
 #include "core/error.h"
 #include "core/sampling.h"
 #include "fibers/every_kernel.h"
@@ -27,7 +28,6 @@ Vector3f Direction(double theta, double phi) {
     return {static_cast<float>(std::sin(theta)), static_cast<float>(std::cos(theta) * std::cos(phi)),
             static_cast<float>(std::cos(theta) * std::sin(phi))};
 }
-double ToRadians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 bool Sane(const Spectrum &f, float pdf) {
     return f.IsFinite() && f[0] >= 0 && f[1] >= 0 && f[2] >= 0 && std::isfinite(pdf) && pdf >= 0;
@@ -57,7 +57,7 @@ TEST_P(Hair, SamplingWeights) {
                 for (int i = 0; i < 400; ++i, ++n) {
                     const float h = i % 50 == 0 ? 1.f : i % 50 == 1 ? -1.f : 2 * rng.UniformFloat() - 1;
                     const HairBSDF hair(h, kEta, Spectrum(0.f), beta, betaN, alpha);
-                    const Vector3f wo = i % 20 == 2 ? Direction(ToRadians(89.9), i) : RandomDirection(rng);
+                    const Vector3f wo = i % 20 == 2 ? Direction(Radians(89.9), i) : RandomDirection(rng);
                     Vector3f wi;
                     float pdf = 0;
                     const Spectrum f =
@@ -203,7 +203,7 @@ TEST_P(Hair, NarrowLobesAreAsGoodAsTheirDirections) {
                     betaN = std::pow(10.f, -4 + 3 * rng.UniformFloat());
         const HairParameters parameters = {
             2 * rng.UniformFloat() - 1, kEta, {0.1f, 0.2f, 0.3f}, betaM, betaN, 2, ScaleTilt::RootToTip};
-        const Vector3f wo = Direction(ToRadians(160. * static_cast<double>(rng.UniformFloat()) - 80), 7.);
+        const Vector3f wo = Direction(Radians(160. * static_cast<double>(rng.UniformFloat()) - 80), 7.);
         HairSetup setup;
         CurrentHairKernels().setUp(parameters, setup);
         Vector3f wi;
@@ -264,7 +264,7 @@ double PeakOfR(ScaleTilt tilt, double thetaO, float alpha) {
 TEST_P(Hair, ScalesTiltTheHighlightTowardTheRoot) {
     for (const double thetaO : {-0.7, 0., 0.5})
         for (const float alpha : {2.f, 10.f}) {
-            const double shift = 2 * ToRadians(static_cast<double>(alpha));
+            const double shift = 2 * Radians(static_cast<double>(alpha));
             EXPECT_NEAR(PeakOfR(ScaleTilt::RootToTip, thetaO, alpha) + thetaO, -shift, 1e-3);
             EXPECT_NEAR(PeakOfR(ScaleTilt::PbrtV3, thetaO, alpha) + thetaO, shift, 1e-3);
         }
@@ -281,7 +281,7 @@ TEST(HairModel, ScalesTiltTTAndTRTTowardTheTip) {
                 best = m, at = thetaI;
         }
         const double expected[] = {-6, 3, 12, 0};
-        EXPECT_NEAR(at + thetaO, ToRadians(expected[p]), 3e-3)
+        EXPECT_NEAR(at + thetaO, Radians(expected[p]), 3e-3)
             << p; // near 0.2 the peak of a wide lobe lies a little further out
     }
 }
@@ -576,7 +576,7 @@ TEST_P(Hair, RandomAndEdgeInputsAreSane) {
             return w;
         }
         case 1:
-            return Direction(ToRadians(rng.UniformUInt32() % 2 ? 89.999 : -89.9),
+            return Direction(Radians(rng.UniformUInt32() % 2 ? 89.999 : -89.9),
                              static_cast<double>(rng.UniformFloat()) * 7);
         case 2: {
             Vector3f w = RandomDirection(rng);

@@ -2,6 +2,7 @@
 #include "fibers/marschner.h"
 #include "fibers/np.h"
 
+#include "core/angles.h"
 #include "core/error.h"
 #include "fibers/fiber_laws.h"
 #include "fibers/longitudinal_forms.h"
@@ -14,7 +15,6 @@ namespace cuticle {
 namespace {
 
 using std::numbers::pi;
-constexpr double kDegree = pi / 180;
 
 laws::Reference ReferenceOf(const MarschnerParameters &p) {
     return [model = Marschner<double>(CheckedMarschner(p))](const Vector3d &wo, const Vector3d &wi) {

@@ -2,6 +2,7 @@
 #include "fibers/np.h"
 #include "fibers/smooth_fiber.h"
 
+#include "core/angles.h"
 #include "core/sampling.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +11,6 @@
 
 namespace cuticle {
 namespace {
-
-constexpr double kDegree = kPi<double> / 180;
 
 // At normal incidence eta' is eta.
 SmoothFiber<double> AtNormalIncidence(double eta) { return {1, eta}; }
