@@ -222,11 +222,13 @@ class CommandLine(unittest.TestCase):
         first = world + 'Texture "t0" "float" "constant"\n'
         chain = 'Texture "t{}" "float" "scale" "texture tex1" "t{}" "{}"\n'  # deeper than the stack; 2^60 evaluations
         for levels, other in [(100000, 'float tex2" 1 "float x'), (60, 'texture tex2" "t{}" "float x')]:
-            lines = [chain.format(i + 1, i, other.format(i))[:-1] + " 1\n" for i in range(levels)]
-            text = first + "".join(lines) + 'Material "matte" "texture sigma" "t{}" Shape "sphere" WorldEnd'
+            end = 'Material "matte" "texture sigma" "t{}" Shape "sphere" WorldEnd'
+            flat, deep = ["".join(chain.format(i + 1, before, other.format(before))[:-1] + " 1\n" for i, before in pairs)
+                          for pairs in [((i, 0) for i in range(levels)), ((i, i) for i in range(levels))]]
             # Reading so many textures takes its time; following them may take as much again, and not more.
-            reading = self.cpu_seconds_of(lambda: self.ok("render", self.scene(text.format(1)), "-o", "a.exr", "--spp", "1"))
-            self.ends_soon(text.format(levels), "levels deep", limit=2 * reading + 0.5)
+            reading = self.cpu_seconds_of(
+                lambda: self.ok("render", self.scene(first + flat + end.format(levels)), "-o", "a.exr", "--spp", "1"))
+            self.ends_soon(first + deep + end.format(levels), "levels deep", limit=2 * reading + 0.5)
 
     def test_many_names_take_no_quadratic_time(self):
         """Each of these is right, or a warning; with 10,000 of a kind a quadratic search would show."""
