@@ -8,3 +8,4 @@ cmake --install "$build" --prefix "$build/package_test/prefix" >/dev/null
 cmake -S "$here" -B "$build/package_test/build" -G Ninja -DCMAKE_PREFIX_PATH="$build/package_test/prefix" "${@:2}" >/dev/null
 cmake --build "$build/package_test/build"
 "$build/package_test/build/consumer"
+"$build/package_test/build/pbrt3" --gtest_brief=1
