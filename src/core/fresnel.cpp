@@ -19,21 +19,25 @@ float FrDielectric(float cosThetaI, float eta) {
     return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-float FrConductor(float cosThetaI, float eta, float k) {
-    const float cosI = std::min(std::abs(cosThetaI), 1.f), cos2 = cosI * cosI, sin2 = 1 - cos2;
+// In double: the fourth powers of all floats are finite there, so that no index overflows to infinity over
+// infinity.
+float FrConductor(float cosThetaI, float etaI, float kI) {
+    const double eta = etaI, k = kI;
+    const double cosI = std::min(std::abs(static_cast<double>(cosThetaI)), 1.0), cos2 = cosI * cosI,
+                 sin2 = 1 - cos2;
     // a + i b: the square root of (eta + i k)^2 - sin^2, without the cancellation of a small a beside a
     // large b
-    const float t0 = eta * eta - k * k - sin2;
-    const float a2b2 = std::sqrt(t0 * t0 + Sqr(2 * eta * k));
-    const float larger = std::sqrt((a2b2 + std::abs(t0)) / 2);
-    const float a = t0 >= 0 ? larger : eta * k / larger;
-    const float t1 = a2b2 + cos2, t2 = 2 * cosI * a;
+    const double t0 = eta * eta - k * k - sin2;
+    const double a2b2 = std::sqrt(t0 * t0 + Sqr(2 * eta * k));
+    const double larger = std::sqrt((a2b2 + std::abs(t0)) / 2);
+    const double a = t0 >= 0 ? larger : eta * k / larger;
+    const double t1 = a2b2 + cos2, t2 = 2 * cosI * a;
     if (!(t1 + t2 > 0)) // along a surface that has the index of its outside
         return 0;
-    const float perpendicular = (t1 - t2) / (t1 + t2);
-    const float t3 = cos2 * a2b2 + sin2 * sin2, t4 = t2 * sin2;
-    const float parallel = t3 + t4 > 0 ? perpendicular * (t3 - t4) / (t3 + t4) : perpendicular;
-    return (perpendicular + parallel) / 2;
+    const double perpendicular = (t1 - t2) / (t1 + t2);
+    const double t3 = cos2 * a2b2 + sin2 * sin2, t4 = t2 * sin2;
+    const double parallel = t3 + t4 > 0 ? perpendicular * (t3 - t4) / (t3 + t4) : perpendicular;
+    return static_cast<float>((perpendicular + parallel) / 2);
 }
 
 Spectrum FrConductor(float cosThetaI, const Spectrum &eta, const Spectrum &k) {
