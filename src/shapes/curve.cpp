@@ -41,14 +41,17 @@ bool IsUsable(const CurveSegment &s) {
 //<
 
 //> Interpolate the normal of a ribbon
-Normal3f RibbonNormal(const RibbonNormals &normals, float u) {
+namespace {
+Vector3d NormalAlong(const RibbonNormals &normals, double u) {
     const Vector3d n0 = Normalize(Vector3d(normals.n[0])), n1 = Normalize(Vector3d(normals.n[1]));
     const double angle = std::acos(std::clamp(Dot(n0, n1), -1., 1.)), sine = std::sin(angle);
     // Spherical interpolation; normals that are equal or opposite leave no arc to follow, so they are mixed.
     const Vector3d n = sine > 1e-4 ? (n0 * std::sin((1 - u) * angle) + n1 * std::sin(u * angle)) / sine
                                    : n0 * (1. - u) + n1 * u;
-    return Normal3f(n.LengthSquared() > 0 ? Normalize(n) : n0);
+    return n.LengthSquared() > 0 ? Normalize(n) : n0;
 }
+} // namespace
+Normal3f RibbonNormal(const RibbonNormals &normals, float u) { return Normal3f(NormalAlong(normals, u)); }
 //<
 
 //> Prepare the search
@@ -63,7 +66,9 @@ CurveSearch<T>::CurveSearch(const CurveSegment &segment, const RibbonNormals *no
     // Its boxes are then narrow. Any frame will do where the ray looks along the curve.
     const Vector3<T> across = Cross(z_, Vector3<T>(segment.cp[3]) - Vector3<T>(segment.cp[0]));
     if (const T l = across.Length(); l > 0) {
+        // What rounding left along z counts where the ray looks almost along the curve.
         y_ = across / l;
+        y_ = Normalize(y_ - z_ * Dot(y_, z_));
         x_ = Cross(y_, z_);
     } else {
         CoordinateSystem(z_, &x_, &y_);
@@ -106,9 +111,67 @@ bool CurveSearch<T>::Intersect(T u0, T u1) {
     int depth = 0;
     for (T off = T(1.0607) * bend; off > allowed && depth < maxDepth_; off /= 4)
         ++depth;
+    if (flatness_ == 0)
+        depth = maxDepth_; // the parts say themselves where to stop
+    //<
+    //> Say how slow is standing still
+    for (int i = 0; i < 3 && flatness_ == 0; ++i)
+        still_ = std::max(still_, T(3e-6) * std::hypot(cp[i + 1].x - cp[i].x, cp[i + 1].y - cp[i].y));
     //<
     return Recurse(part, u0, u1, depth);
 }
+//<
+
+//> Count the places where the ray is square to a part
+namespace {
+// The places w in [0, 1] of a part of a curve, given by its control points in the ray's frame, where
+// F = c . c' / 3 = 0, as far as the six Bernstein coefficients of F tell.
+template <typename T>
+struct SquarePlaces {
+    explicit SquarePlaces(const Vector3<T> cp[4]) {
+        //> Multiply the curve by its derivative
+        const auto dot = [&](int i, int j) {
+            return cp[i].x * (cp[j + 1].x - cp[j].x) + cp[i].y * (cp[j + 1].y - cp[j].y);
+        };
+        f = {dot(0, 0),
+             (2 * dot(0, 1) + 3 * dot(1, 0)) / 5,
+             (dot(0, 2) + 6 * dot(1, 1) + 3 * dot(2, 0)) / 10,
+             (3 * dot(1, 2) + 6 * dot(2, 1) + dot(3, 0)) / 10,
+             (3 * dot(2, 2) + 2 * dot(3, 1)) / 5,
+             dot(3, 2)};
+        //<
+        bool positive = false, negative = false, rises = true, falls = true;
+        for (size_t i = 0; i < 6; ++i) {
+            positive |= f[i] > 0, negative |= f[i] < 0;
+            if (i > 0)
+                rises &= f[i] >= f[i - 1], falls &= f[i] <= f[i - 1];
+        }
+        const bool both = positive && negative; // else F is 0 at an end or nowhere
+        one = both ? rises || falls : f[0] == 0 || f[5] == 0;
+        none = !both && !one; // so also with NaN
+    }
+    // Returns the place, where there is one: by bisection, until the interval has no middle any more.
+    T Find() const {
+        if (f[0] == 0 || f[5] == 0)
+            return f[0] == 0 ? T(0) : T(1);
+        for (T lo = 0, hi = 1;;) {
+            const T middle = (lo + hi) / 2;
+            if (!(middle > lo && middle < hi))
+                return middle;
+            ((At(middle) < 0) == (f[0] < f[5]) ? lo : hi) = middle;
+        }
+    }
+    T At(T w) const {
+        std::array<T, 6> a = f; // de Casteljau's algorithm
+        for (size_t n = 5; n > 0; --n)
+            for (size_t i = 0; i < n; ++i)
+                a[i] += w * (a[i + 1] - a[i]);
+        return a[0];
+    }
+    std::array<T, 6> f;
+    bool one, none; // if neither, there may be several
+};
+} // namespace
 //<
 
 //> Cut in two until it is straight
@@ -124,8 +187,17 @@ bool CurveSearch<T>::Recurse(const Vector3<T> cp[4], T u0, T u1, int depth) {
         hi.z + radius < zMin_)
         return false;
     //<
-    if (depth == 0)
+    if (flatness_ == 0) {
+        const SquarePlaces<T> places(cp);
+        if (places.one)
+            return IntersectAt(cp, u0, u1, places.Find());
+        if (places.none)
+            return false;
+        if (depth == 0)
+            return IntersectAt(cp, u0, u1, T(0.5)); // two that are too close to tell apart
+    } else if (depth == 0) {
         return IntersectLine(cp, u0, u1);
+    }
 
     //> Halve the curve and look at both halves
     const Vector3<T> a = (cp[0] + cp[1]) * T(0.5), m = (cp[1] + cp[2]) * T(0.5), d = (cp[2] + cp[3]) * T(0.5);
@@ -147,7 +219,7 @@ T CurveSearch<T>::WidthSeen(T u) const {
     if (!normals_)
         return width;
     // A ribbon turned away from the ray looks narrower.
-    return width * std::abs(Dot(Vector3<T>(RibbonNormal(*normals_, static_cast<float>(u))), z_));
+    return width * std::abs(Dot(Vector3<T>(NormalAlong(*normals_, u)), z_));
 }
 //<
 
@@ -165,9 +237,15 @@ bool CurveSearch<T>::IntersectLine(const Vector3<T> cp[4], T u0, T u1) {
     const T ex = cp[3].x - cp[0].x, ey = cp[3].y - cp[0].y, length2 = ex * ex + ey * ey;
     if (!(length2 > 0))
         return false;
-    const T w = std::clamp(-(cp[0].x * ex + cp[0].y * ey) / length2, T(0), T(1));
-    const T u = std::clamp(Lerp(w, u0, u1), T(0), T(1));
+    return IntersectAt(cp, u0, u1, std::clamp(-(cp[0].x * ex + cp[0].y * ey) / length2, T(0), T(1)));
     //<
+}
+//<
+
+//> Take the curve's point for a hit
+template <typename T>
+bool CurveSearch<T>::IntersectAt(const Vector3<T> cp[4], T u0, T u1, T w) {
+    const T u = std::clamp(Lerp(w, u0, u1), T(0), T(1));
     //> Take the curve's point there
     const T q = 1 - w;
     const Vector3<T> p = (cp[0] * q + cp[1] * (3 * w)) * (q * q) + (cp[2] * (3 * q) + cp[3] * w) * (w * w);
@@ -176,6 +254,11 @@ bool CurveSearch<T>::IntersectLine(const Vector3<T> cp[4], T u0, T u1) {
     const T width = WidthSeen(u);
     const T distance2 = p.x * p.x + p.y * p.y;
     if (!(distance2 <= T(0.25) * width * width && width > 0 && p.z > zMin_ && p.z < zMax_))
+        return false;
+    //<
+    //> Refuse a place where the curve stands still
+    // tangent is a third of the derivative by w, which is u1 - u0 times that by u.
+    if (flatness_ == 0 && !(3 * std::hypot(tangent.x, tangent.y) > still_ * (u1 - u0)))
         return false;
     //<
     //> Find the side of the curve and the distance from its middle
@@ -204,8 +287,8 @@ Curve::Curve(const CurveSegment &segment, CurveType type, const RibbonNormals *n
 bool Curve::Intersect(const Ray &ray, CurveHit *hit, CurveSurface *surface) const {
     if (!IsUsable(segment_))
         return false;
-    // Straight to a millionth of the width: v is then right to about as much.
-    CurveSearch<double> search(segment_, Normals(), ray, 1e-6, 24);
+    // Two places closer than 2^-40 in u are taken for one.
+    CurveSearch<double> search(segment_, Normals(), ray, 0, 40);
     if (!search.Intersect(0, 1))
         return false;
     const uint32_t index = hit->segment;

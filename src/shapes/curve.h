@@ -13,14 +13,14 @@ namespace cuticle {
 //> Search along one curve
 // CurveSearch finds the nearest hit of a ray on a cubic Bezier segment with a width, by the recursion of
 // pbrt-v3 (Pharr, Jakob, Humphreys, Physically Based Rendering, 3rd ed., section 3.7; Nakamaru and Ohno
-// 2002): cut the curve in two until it is straight, leave out what the ray cannot reach, and solve for a
-// straight line. T is double for Curve, the plain sibling that CurveSet is compared with, and float for
-// BinaryCurveBvh.
+// 2002): cut the curve in two, leave out what the ray cannot reach, and stop where the rest is easy. Curve,
+// the plain sibling that CurveSet is compared with, stops where the ray is square to a part at one place at
+// most, in double; BinaryCurveBvh stops where a part is straight, as pbrt-v3 does, in float.
 template <typename T>
 class CurveSearch {
   public:
-    // flatness: how far a curve may be from its chord to count as straight, in widths. normals: null except
-    // for ribbons. maxDepth: how often the curve is halved at most.
+    // flatness: how far a part may be from its chord to count as straight, in widths; 0: that does not count.
+    // normals: null except for ribbons. maxDepth: how often the curve is halved at most.
     CurveSearch(const CurveSegment &segment, const RibbonNormals *normals, const Ray &ray, T flatness,
                 int maxDepth);
     // Searches the part [u0, u1] of the segment. True: there is a hit nearer than those of earlier calls.
@@ -31,6 +31,7 @@ class CurveSearch {
   private:
     bool Recurse(const Vector3<T> cp[4], T u0, T u1, int depth);
     bool IntersectLine(const Vector3<T> cp[4], T u0, T u1);
+    bool IntersectAt(const Vector3<T> cp[4], T u0, T u1, T w);
     T WidthSeen(T u) const;
 
     const CurveSegment &segment_;
@@ -40,12 +41,14 @@ class CurveSearch {
     Vector3<T> o_, x_, y_, z_; // the ray's frame: origin, and axes of which z runs along the ray
     T length_;                 // of the ray's direction
     T zMin_, zMax_;            // hits count between these distances
+    T still_ = 0;              // where c' is no longer than this, the curve stands still
     T hitZ_ = 0, hitU_ = 0, hitV_ = 0;
 };
 //<
 
 //> Declare the curve as a shape
-// Curve intersects one segment in double precision, slowly: the reference for CurveSet.
+// Curve intersects one segment in double precision, slowly: the reference for CurveSet. Its hits are those of
+// CurveSet's definition: every u with C.C' = 0, seen from any direction, nearly along the curve as well.
 class Curve {
   public:
     // normals: of a ribbon, null for the other types (a ribbon without normals is treated as flat).
