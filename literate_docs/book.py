@@ -418,7 +418,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
                     for item in piece.body:
                         if isinstance(item, weave.Piece):
                             continue
-                        m = re.match(r"\s*(?:template\s*<[^>]*>\s*)?(?:class|struct|enum class|enum)\s+(\w+)\s*(?:final\s*)?[:{]", item[1]) \
+                        m = re.match(r"\s*(?:def|class)\s+(\w+)", item[1]) if piece.file.endswith(".py") else re.match(r"\s*(?:template\s*<[^>]*>\s*)?(?:class|struct|enum class|enum)\s+(\w+)\s*(?:final\s*)?[:{]", item[1]) \
                             or re.match(r"(?!return|else|using|typedef|#)[A-Za-z_][\w:<>,&*\s]*?[\s&*](?:\w+(?:<\w+>)?::)*(~?\w+)\((?!.*;\s*$)", item[1])
                         if m and m[1] not in KEYWORDS and len(m[1]) > 1 and not m[1].isupper():
                             names.setdefault(m[1], []).append(piece)

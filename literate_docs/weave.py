@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Check that the book and the literate sources tell one story. Needs Python 3 and nothing else.
 
-In a literate source, `//> Name of the step, with $math$` opens a chunk and `//<` closes the one opened last. Chunks
-nest. A name opened again in the same file continues that chunk: it then has several pieces. Every line of a literate
+In a literate source, `//> Name of the step, with $math$` opens a chunk and `//<` closes the one opened last (in Python
+`#>` and `#<`). Chunks nest. A name opened again in the same file continues that chunk: it then has several pieces. Every line of a literate
 file lies inside a chunk.
 
 In a chapter (literate_docs/NN-name.md) a line that holds only ⟨Name⟩ shows the next piece of that name that no line
@@ -30,7 +30,9 @@ LITERATE = [
     "src/shapes/curve_capsule.*",
     "src/shapes/curve_set*",
     "src/shapes/curve_tree.*",
+    "src/core/fit_special.py",
     "src/core/lanes.h",
+    "src/core/special.h",
     "src/core/sampling.*",
     "src/core/quadrature.*",
     "src/materials/hair_material.*",
@@ -42,8 +44,8 @@ LITERATE = [
 ]
 CHAPTERS = "literate_docs/[0-9][0-9]-*.md"
 
-OPEN = re.compile(r"\s*//>(.*)")
-CLOSE = re.compile(r"\s*//<(.*)")
+OPEN = re.compile(r"\s*(?://|#)>(.*)")
+CLOSE = re.compile(r"\s*(?://|#)<(.*)")
 REFERENCE = re.compile(r"⟨([^⟨⟩]*)⟩")
 WITH_FILE = re.compile(r"([\w./-]+\.\w+):\s+(.*)")
 

@@ -1,3 +1,4 @@
+//> Let one text serve numbers and registers
 // Special functions and the handful of operations that let one text serve numbers and registers of numbers.
 //
 // A template of the fiber model runs for float, double, long double and for a register of floats (the kernels
@@ -15,6 +16,7 @@
 
 namespace cuticle {
 
+//> Give numbers the operations that the model asks for
 template <std::floating_point T>
 CUTICLE_INLINE T Sqrt(T x) {
     return std::sqrt(x);
@@ -42,7 +44,9 @@ template <std::floating_point T>
 CUTICLE_INLINE T Max(T a, T b) {
     return a < b ? b : a;
 }
+//<
 
+//> Evaluate a polynomial, four coefficients at a time
 // Evaluates a polynomial, coefficients (numbers or registers) from the constant upward: four at a time by
 // pairs, so that fewer multiplications wait for each other than in Horner's rule. What the kernels cost is
 // mostly waiting.
@@ -66,12 +70,14 @@ CUTICLE_INLINE V Polynomial(V x, C0 c0, C1 c1, C2 c2, C3 c3, C... rest) {
     else
         return low + (x2 * x2) * Polynomial(x, rest...);
 }
+//<
 
+//> Compute $e^{-x} I_0(x)$ in single precision
 // The exponentially scaled modified Bessel function of order 0 in two parts:
 //     exp(-x) I_0(x) = factor * exp(-exponent),   x >= 0,
 // so that a caller whose result holds another exponential takes one of the sum. For float and for registers
 // of floats: one evaluation of a polynomial whose coefficients depend on the side of x = 5, in x^2 below and
-// in 1 / (x + 1/4) above (Chebyshev fits made for this file, relative error below 7e-8 before rounding).
+// in 1 / (x + 1/4) above (fits of core/fit_special.py, relative error below 6e-8 before rounding).
 template <typename V>
 struct ScaledBessel {
     V factor, exponent;
@@ -88,7 +94,9 @@ CUTICLE_INLINE ScaledBessel<V> SplitI0e(V x) {
                            c(4.22232154e-10f, 26.93223739f), c(3.534933798e-12f, -42.85610836f));
     return {p * Select(small, V(1.f), Sqrt(t)), Select(small, x, V(0.f))};
 }
+//<
 
+//> Compute $e^{-x} I_0(x)$ in any precision
 // exp(-x) I_0(x) for x >= 0; an infinite x gives 0, NaN gives NaN. float: the fit above. double and long
 // double: the power series, all of whose terms are positive, below x = 30, and the asymptotic series
 // (Abramowitz and Stegun 9.7.1) above, whose smallest term there is of the order of exp(-60).
@@ -122,5 +130,7 @@ template <>
 CUTICLE_INLINE ScaledBessel<long double> SplitI0e(long double x) {
     return {I0e(x), 0};
 }
+//<
 
 } // namespace cuticle
+//<

@@ -72,7 +72,7 @@ CUTICLE_INLINE Reduced ReduceExp(Lanes x) {
     const Integers bits = (shifted.Bits() << 23) + (127 << 23);
     return {r, Lanes::FromBits(bits)};
 }
-// exp(r) - 1, a Chebyshev fit with relative error 1e-8.
+// exp(r) - 1, fitted by core/fit_special.py with a relative error below 3e-8.
 CUTICLE_INLINE Lanes ReducedExpm1(Lanes r) {
     return r + r * r * Polynomial(r, 0.5f, 0.1666657703f, 0.04166655466f, 0.008363173075f, 0.001392617612f);
 }
@@ -94,7 +94,7 @@ CUTICLE_INLINE Lanes Exp(Lanes x) { return ExpBoth(x).exp; }
 
 //> Compute sines and cosines of turns
 // Returns sine and cosine of 2 pi x. Quarters of a turn are taken off exactly; on the eighth that remains,
-// Chebyshev fits with errors below 2e-10.
+// core/fit_special.py fits with relative errors below 3e-10.
 CUTICLE_INLINE SinCosine<Lanes> SinCosTurns(Lanes turns) {
     const Lanes shifted = turns * Lanes(4.f) + Lanes(12582912.f);
     const Lanes r = (turns - (shifted - Lanes(12582912.f)) * Lanes(0.25f)) * Lanes(6.28318531f);
@@ -115,8 +115,8 @@ CUTICLE_INLINE SinCosine<Lanes> SinCosTurns(Lanes turns) {
 //<
 
 //> Compute the size of an angle
-// |atan2(sine, cosine)|, in [0, pi]; 0 for (0, 0). A Chebyshev fit of the arc tangent on [0, 1], relative
-// error 2e-8.
+// |atan2(sine, cosine)|, in [0, pi]; 0 for (0, 0). The arc tangent on [0, 1] is a fit of
+// core/fit_special.py with a relative error of 2e-8.
 CUTICLE_INLINE Lanes AbsAngle(Lanes sine, Lanes cosine) {
     const Lanes a = Abs(sine), b = Abs(cosine);
     const Lanes ratio = Min(a, b) / Max(Max(a, b), Lanes(1e-37f));
