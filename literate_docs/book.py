@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Weave the book: HTML pages that need no script and no network, and a PDF of them all.
 
-book.py --out FOLDER --program build/release/cuticle [--no-pdf]
+book.py --out FOLDER [--no-pdf] [--chapter NN]
 
 Needs, beside Python 3, pandoc (Markdown), node with KaTeX (formulas) and, for the PDF, chromium: `.ci/setup book`
 installs them. The book is checked first (weave.py). What is wrong stops the build with `file:line: error: ...`: a formula
@@ -20,8 +20,11 @@ In a chapter, beyond Markdown, $formulas$ and ⟨chunks⟩:
   ```
   ```chart NAME         the same of `cuticle chart NAME --quick`
   ```
+  ```numbers            where numbers of the prose come from that no command makes: weave.py says how; not shown
+  ```
 
-{{name}} in the text is such a value, {{name .3g}} the number as Python formats it, {{name %}} as a percentage. An image
+A command is run again when a program that it names, or anything that it reads, has changed: scenes, data, what earlier
+commands of its chapter wrote. {{name}} in the text is such a value, {{name .3g}} the number as Python formats it, {{name %}} as a percentage. An image
 `![text](run:file.png)` is a file that a command of this chapter wrote.
 """
 
@@ -44,7 +47,7 @@ import weave  # noqa: E402
 HERE = Path(__file__).resolve().parent
 KATEX_CSS = ("/usr/share/javascript/katex/katex.min.css", "/usr/share/nodejs/katex/dist/katex.min.css")
 KATEX_FONTS = ("/usr/share/fonts/truetype/katex", "/usr/share/javascript/katex/fonts", "/usr/share/nodejs/katex/dist/fonts")
-FENCE = re.compile(r"^```(run|values|figure|chart)\b[ ]*(.*?)\n(.*?)^```[ ]*$", re.M | re.S)
+FENCE = re.compile(r"^```(run|values|figure|chart|numbers)\b[ ]*(.*?)\n(.*?)^```[ ]*$", re.M | re.S)
 MARK = re.compile(r"\x02(\d+)\x03")  # stands for HTML that pandoc must not touch
 CPP = re.compile(r"""(?P<com>//.*|/\*.*?\*/)|(?P<str>R?"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])+')|(?P<pre>^\s*\#.*)|"""
                  r"""(?P<num>\b0[xX][\da-fA-F.'p+-]+\w*|\b\d[\d.']*(?:[eE][+-]?\d+)?\w*)|(?P<word>[A-Za-z_]\w*)""")
@@ -91,10 +94,12 @@ def highlight(text):
 
 
 class Book:
-    def __init__(self, root, out, program):
-        self.root, self.out, self.program = root, out, program
+    def __init__(self, root, out, built=None):
+        self.root, self.out, self.built = root, out, built
         self.check = weave.Check(root)
-        self.hashes = {}  # of programs that commands run
+        self.hashes = {}  # of what commands read
+        self.written = {}  # chapter -> (key of a command, files that it wrote, command), in order
+        self.current = set(built or [])  # programs that are known to be up to date
         self.held = []  # HTML behind marks
         self.formulas = {}  # (tex, display) -> [file, line, html]
         self.pages = {}  # file name -> (title, html)
@@ -220,40 +225,105 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
                                               '<pre class="source"><code>' + "\n".join(rows) + "</code></pre>")
 
     # --- commands -------------------------------------------------------------------------------------------------
+    LINKED = ("build", "scenes", "reference_images", "src", "tests")  # folders of the project that commands see
+
     def folder_of(self, chapter):
         folder = self.out / "run" / Path(chapter).stem
         folder.mkdir(parents=True, exist_ok=True)
-        for name in ("build", "scenes", "reference_images"):
+        for name in self.LINKED:
             if (self.root / name).exists() and not (folder / name).is_symlink():
                 (folder / name).symlink_to(self.root / name)
         return folder
 
-    def hash_of(self, program):
-        if program not in self.hashes:
-            self.hashes[program] = hashlib.sha256(program.read_bytes()).hexdigest() if program.is_file() else ""
-        return self.hashes[program]
+    def hash_of(self, path):
+        """Of a file, or of all files of a folder but sources, whose programs are hashed themselves."""
+        if path not in self.hashes:
+            digest = hashlib.sha256()
+            for file in [path] if path.is_file() else sorted(path.rglob("*")):
+                if file.is_file() and (path.is_file() or file.suffix not in (".cpp", ".h", ".pyc")):
+                    digest.update(f"{file.relative_to(path)} ".encode() + file.read_bytes())
+            self.hashes[path] = digest.hexdigest()
+        return self.hashes[path]
+
+    def inputs_of(self, command, chapter):
+        """Hashes of what a command reads: programs, scenes with all that they include, data, and what earlier commands wrote."""
+        inputs = [self.hash_of(self.root / name) for name in sorted(set(re.findall(r"build/release/[\w-]+", command)))]
+        for folder in ("scenes", "tests"):  # a scene includes others, a test program reads its data
+            if f"{folder}/" in command or re.search(r"build/release/(test|bench)_", command):
+                inputs.append(self.hash_of(self.root / folder))
+        for name in sorted(set(re.findall(r"\b(?:reference_images|src|literate_docs)/[\w./-]+", command))):
+            inputs.append(self.hash_of(self.root / name))
+        named = lambda file: "$" in command or "*" in command or Path(file).name in command or file.split("/")[0] in command
+        inputs += [key for key, files, other in self.written.get(chapter, []) if other != command and any(map(named, files))]
+        return inputs
+
+    @staticmethod
+    def files_in(folder):
+        """Of a run's folder, but the links to the project and what is remembered of commands: name -> (time, size)."""
+        return {file.relative_to(folder).as_posix(): (file.stat().st_mtime_ns, file.stat().st_size) for file in folder.rglob("*")
+                if file.is_file() and not file.name.startswith(".") and not (folder / file.relative_to(folder).parts[0]).is_symlink()}
 
     def run(self, command, chapter, line):
-        """What a command prints. It is not run again while neither it nor a program that it names has changed."""
+        """What a command prints. It is not run again while neither it nor anything that it reads has changed."""
         folder = self.folder_of(chapter)
-        programs = sorted({self.root / name for name in re.findall(r"build/release/[\w-]+", command)})
-        key = hashlib.sha256("".join([self.program_hash, *map(self.hash_of, programs), command]).encode()).hexdigest()[:24]
+        key = hashlib.sha256("\n".join([command, *self.inputs_of(command, chapter)]).encode()).hexdigest()[:24]
         kept = folder / f".{key}"
         if kept.exists():
-            return kept.read_text(encoding="utf-8")
-        run = subprocess.run(["bash", "-c", command], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                             encoding="utf-8", errors="replace")
+            output, files = json.loads(kept.read_text(encoding="utf-8"))
+            if all((folder / file).exists() for file in files):
+                return self.remember(chapter, key, files, command, output)
+        self.require_current(command, chapter, line)
+        before = self.files_in(folder)
+        run = subprocess.run(["bash", "-o", "pipefail", "-c", command], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             text=True, encoding="utf-8", errors="replace")
         if run.returncode != 0:
             raise BookError(chapter, line, f"`{command}` ends with status {run.returncode}: {run.stdout.strip()[-300:]}")
         self.require_tests(command, folder, chapter, line)
-        kept.write_text(run.stdout, encoding="utf-8")
-        return run.stdout
+        if not run.stdout.strip() and re.search(r"\b(grep|sed|awk|head|tail|cut|tr|benchmark_filter)\b", command):
+            raise BookError(chapter, line, f"`{command}` prints nothing: its pattern matches nothing")
+        files = sorted(file for file, state in self.files_in(folder).items() if before.get(file) != state)
+        kept.write_text(json.dumps([run.stdout, files]), encoding="utf-8")
+        return self.remember(chapter, key, files, command, run.stdout)
+
+    def remember(self, chapter, key, files, command, output):
+        self.written.setdefault(chapter, []).append((key, files, command))
+        return output
+
+    def require_current(self, command, chapter, line):
+        """The programs that a command runs are those that the sources make now: a page of old ones cannot be built."""
+        ninja = self.root / "build/release/build.ninja"
+        for name in sorted(set(re.findall(r"build/release/([\w-]+)", command))):
+            if not ninja.exists() or name in self.current:
+                continue
+            if self.built is not None:  # within a build: what it has not made first may be old
+                raise BookError(chapter, line, f"build/release/{name} may be older than its sources: the target book of CMakeLists.txt does not name it")
+            build = subprocess.run(["ninja", "-C", str(ninja.parent), name], capture_output=True, text=True)
+            if build.returncode != 0:
+                raise BookError(chapter, line, f"build/release/{name} cannot be built: {build.stdout.strip()[-500:]}")
+            self.current.add(name)
+
+    def sweep(self):
+        """What no command makes any more disappears from the folders of the runs; pages and pictures of before, from the book."""
+        for folder in sorted((self.out / "run").glob("*")):
+            chapter = f"literate_docs/{folder.name}.md"
+            keep = {name for _, files, _ in self.written.get(chapter, []) for name in files}
+            keys = {f".{key}" for key, _, _ in self.written.get(chapter, [])}
+            for file in self.files_in(folder):
+                if file not in keep:
+                    (folder / file).unlink()
+            for file in folder.glob(".*"):
+                if file.is_file() and file.name not in keys:
+                    file.unlink()
+        shown = {self.figure_name(chapter, name) for chapter, name in self.copied}
+        for file in (self.out / "figures").glob("*"):
+            if file.name not in shown:
+                file.unlink()
 
     @staticmethod
     def require_tests(command, folder, chapter, line):
         """Every pattern of a --gtest_filter chooses a test: one that matches none would be printed as passed."""
         for program, patterns in re.findall(r"(\S+)[^;|&]*--gtest_filter='?([^'\s]+)", command):
-            for pattern in filter(None, patterns.split("-")[0].split(":")):
+            for pattern in filter(None, re.split("[:-]", patterns)):
                 tests = subprocess.run([program, "--gtest_list_tests", f"--gtest_filter={pattern}"], cwd=folder, capture_output=True,
                                        text=True).stdout
                 if not re.search(r"^  \S", tests, re.M):
@@ -262,6 +332,8 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
     def fenced(self, match, chapter):
         kind, argument, body = match[1], match[2].strip(), match[3]
         line = self.line_of(chapter, match[0])
+        if kind == "numbers":  # weave.py has checked them
+            return "\n" * match[0].count("\n")
         if kind == "values":
             command = None
             for i, definition in enumerate(filter(str.strip, body.splitlines()), 1):
@@ -290,7 +362,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             row = next((r for r in caption.splitlines() if r.split() and r.split()[0] == argument), "")
             words = re.split(r"  +| made ", row.strip())
             stem = argument
-            if not (self.folder_of(chapter) / f"{stem}.svg").exists():
+            if not any(f"{stem}.svg" in files for _, files, _ in self.written[chapter]):
                 raise BookError(chapter, line, f"`cuticle {kind} {argument}` made no {stem}.svg: {output[-200:]}")
             self.copied.append((chapter, f"{stem}.svg"))
             # The picture carries its caption, with what this run found. On a narrow window, where that is too small to read,
@@ -372,7 +444,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         self.chapters.append(page)
 
     def picture(self, name, chapter):
-        if not (self.folder_of(chapter) / name).exists():
+        if not any(name in files for _, files, _ in self.written.get(chapter, [])):
             raise BookError(chapter, self.line_of(chapter, "run:" + name), f"no command of this chapter wrote the picture {name}")
         self.copied.append((chapter, name))
         return f'src="figures/{self.figure_name(chapter, name)}"'
@@ -488,7 +560,9 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
 
     def index(self):
         body = ("<h1>Cuticle</h1><p>A book about light in hair, and about finding the hair that a ray of light meets. Every listing in it is a "
-                "piece of the program that renders; every number, table and plot was made by that program when the book was built.</p>"
+                "piece of the program that renders. Every table of results and every plot was made by that program when the book was built, and so were "
+                "the measured numbers; where a number in the prose is not made but given, the source of the page says what it is checked against or "
+                "whence it is taken.</p>"
                 f"{self.contents('')}<p><a href=\"cuticle.pdf\">The whole book as PDF</a></p><h2 id=\"sources\">The literate sources</h2><ul class=\"columns\">"
                 + "".join(f'<li><a href="{self.source_page(f)}">{f}</a></li>' for f in sorted(self.lines)) + "</ul>")
         self.pages["index.html"] = ("Contents", body)
@@ -526,20 +600,24 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
                     raise BookError(source, self.line_of(source, "#" + fragment) if name in self.chapters else 0, f"dead link: nothing is called {link}")
 
     # --- all ------------------------------------------------------------------------------------------------------
-    def weave(self, pdf):
+    def weave(self, pdf, only=None):
         errors = self.check.run()
         if errors:
             for file, line, message in errors:
                 print(f"{file}:{line}: error: {message}")
             return 1
         self.out.mkdir(parents=True, exist_ok=True)
-        self.program_hash = self.hash_of(self.program)
+        for page in self.out.glob("*.html"):  # a build that fails leaves no page of an earlier one
+            page.unlink()
         sources = sorted({f for files in self.check.chunks.values() for f in files})
         self.lines = {f: (self.root / f).read_text(encoding="utf-8").splitlines() for f in sources}
         self.copied = []
         self.name_anchors()
         for path in sorted(self.root.glob(weave.CHAPTERS)):
-            self.chapter(path.relative_to(self.root).as_posix())
+            if not only or path.name.startswith(f"{only}-"):
+                self.chapter(path.relative_to(self.root).as_posix())
+        if only:
+            return self.weave_one()
         for file in sources:
             self.source(file)
         self.indices()
@@ -559,13 +637,24 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         print(f"{self.out}/index.html: {len(self.chapters)} chapters, {len(self.anchors)} chunks, {len(self.formulas)} formulas")
         return 0
 
-    def write_files(self):
+    def weave_one(self):
+        """The page of a single chapter, its links not checked, for they lead to pages that are not woven."""
+        self.render_formulas()
+        self.write_files(sweep=False)
+        for name in self.chapters:
+            (self.out / name).write_text(self.page(name), encoding="utf-8")
+            print(f"{self.out}/{name}")
+        return 0 if self.chapters else 1
+
+    def write_files(self, sweep=True):
         for name in ("book.css", "search.js"):
             shutil.copy(HERE / name, self.out / name)
         (self.out / "search-index.js").write_text(self.search_index(), encoding="utf-8")
         (self.out / "figures").mkdir(exist_ok=True)
         for chapter, name in self.copied:
             shutil.copy(self.folder_of(chapter) / name, self.out / "figures" / self.figure_name(chapter, name))
+        if sweep:
+            self.sweep()
         css = next((Path(p) for p in KATEX_CSS if Path(p).exists()), None)
         fonts = next((Path(p) for p in KATEX_FONTS if Path(p).exists()), None)
         if not css or not fonts:
@@ -608,13 +697,14 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
 def main(arguments=None):
     parser = argparse.ArgumentParser(description="Weave the book into HTML pages and a PDF.")
     parser.add_argument("--out", type=Path, required=True, help="folder for the pages")
-    parser.add_argument("--program", type=Path, default=None, help="the program that the chapters run [build/release/cuticle]")
     parser.add_argument("--no-pdf", action="store_true", help="HTML only: needs no chromium")
+    parser.add_argument("--built", nargs="+", metavar="PROGRAM", help="programs that are up to date; without it, they are built as they are needed")
+    parser.add_argument("--chapter", metavar="NN", help="weave this chapter alone, to look at while writing; others' pages are left out")
     parser.add_argument("--root", type=Path, default=HERE.parent, help="folder that holds src/ and literate_docs/")
     options = parser.parse_args(arguments)
     root = options.root.resolve()
     try:
-        return Book(root, options.out.resolve(), (options.program or root / "build/release/cuticle").resolve()).weave(not options.no_pdf)
+        return Book(root, options.out.resolve(), options.built).weave(not options.no_pdf, options.chapter)
     except BookError as error:
         print(error)
         return 1

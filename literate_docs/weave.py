@@ -2,8 +2,8 @@
 """Check that the book and the literate sources tell one story. Needs Python 3 and nothing else.
 
 In a literate source, `//> Name of the step, with $math$` opens a chunk and `//<` closes the one opened last (in Python
-`#>` and `#<`). Chunks nest. A name opened again in the same file continues that chunk: it then has several pieces. Every line of a literate
-file lies inside a chunk.
+`#>` and `#<`). Chunks nest. A name opened again in the same file continues that chunk: it then has several pieces.
+Every line of a literate file lies inside a chunk.
 
 In a chapter (literate_docs/NN-name.md) a line that holds only ⟨Name⟩ shows the next piece of that name that no line
 before it has shown, reading the chapters in the order of their names. Inside a sentence, ⟨Name⟩ is a link. A name may
@@ -11,14 +11,29 @@ be broken over two lines there. Where several files have a chunk of one name, th
 the end of its path as tells it from the others: ⟨path.h: Name⟩. The file may always be named. Text between ` or
 ``` marks is not read.
 
+A number in prose is made when the book is built ({{name}}, see book.py) or stands in a block of its chapter that says
+where it comes from. The block is not shown; each of its lines begins with words of the prose that hold the number:
+  ```numbers
+  merge at 46.9° == degrees(asin(sqrt((4 - 1.55 ** 2) / 3)))   computed, and compared with the digits that are printed
+  At most 16 lobes == src/fibers/a.h: kMaxLobes = (\d+)         found in a file of the project by a regular expression
+  index of 1.55 :: Marschner 2003, table 1                     given: by a source, by definition, as an example
+  ```
+Not counted are whole numbers in formulas (but for angles, percentages and those over 99), 0 and 1, right, straight and
+full angles, numbers of chapters, figures and the like, years, what exercises ask, and the bibliography.
+
 What --check finds wrong it prints as `file:line: error: ...`, and then exits with status 1:
   in a source: a chunk never closed, a close without an open, a mark without a name, a chunk inside itself, a line
       outside all chunks, a piece that no chapter shows;
   in a chapter: a name that no literate file has, or that several have, a listing with no prose before it (a displayed
-      formula may stand between the two, a heading or another listing may not), a listing once too often.
+      formula may stand between the two, a heading or another listing may not), a listing once too often;
+      a block that is neither run nor checked (run, values, figure, chart, numbers; the commands of a `sh` block name
+      files and targets that exist); a pattern of tests that matches none; a number that is tied to nothing, or wrong;
+      a symbol of three chapters that the appendix of notation lacks, a cited work that the bibliography lacks.
 """
 
 import argparse
+import fnmatch
+import math
 import re
 import sys
 from pathlib import Path
@@ -147,6 +162,146 @@ class Check:
         where = "{}:{}".format(*pieces[-1].shown)
         self.error(chapter, line, f"chunk ⟨{pieces[0].name}⟩ is shown twice; the last of it was shown at {where}")
 
+    # --- blocks ----------------------------------------------------------------------------------------------------
+    def read_blocks(self, chapter):
+        """Every block of code is one that book.py runs, or `sh`, whose words are looked up here."""
+        kind = None
+        for number, line in enumerate((self.root / chapter).read_text(encoding="utf-8").split("\n"), 1):
+            if mark := re.match(r"\s*(?:```|~~~)\s*(\S*)", line):
+                kind = None if kind is not None else mark[1]
+                if kind is not None and kind not in ("run", "values", "figure", "chart", "numbers", "sh"):
+                    self.error(chapter, number, f"a block `{kind}` is neither run nor checked: run, values, figure, chart, numbers or sh")
+            elif kind is None and re.match(r"    +[\w./$]", line) and re.search(r"\n\n$", self.before(chapter, number)):
+                self.error(chapter, number, "indented code is neither run nor checked: write a block, ```sh or ```run")
+            elif kind in ("run", "values", "sh"):
+                self.read_command(chapter, number, line)
+
+    def before(self, chapter, number):
+        return "\n".join((self.root / chapter).read_text(encoding="utf-8").split("\n")[:number - 1]) + "\n"
+
+    def read_command(self, chapter, number, line):
+        for path in re.findall(r"(?<![\w/.-])(?:src|tests|scenes|literate_docs|reference_images|\.ci)/[\w./-]*\w", line):
+            if not (self.root / path).exists():
+                self.error(chapter, number, f"there is no file {path}")
+        for target in re.findall(r"--target (\w+)|build/release/(\w+)", line):
+            target = target[0] or target[1]
+            if target not in self.targets():
+                self.error(chapter, number, f"CMakeLists.txt makes no {target}")
+        for patterns in re.findall(r"--gtest_filter='?([^'\s]+)", line):
+            for pattern in filter(None, re.split("[:-]", patterns)):
+                if not any(fnmatch.fnmatchcase(name, pattern) for name in self.tests()):
+                    self.error(chapter, number, f"no test is called {pattern}")
+
+    def targets(self):
+        """Programs and targets of CMakeLists.txt; tests and benchmarks have the names of their folder and file."""
+        if not hasattr(self, "targets_"):
+            file = self.root / "CMakeLists.txt"
+            text = file.read_text(encoding="utf-8") if file.exists() else ""
+            self.targets_ = {"bash", *re.findall(r"add_(?:executable|custom_target|library)\((\w+)", text)}
+            self.targets_ |= {f"test_{path.name}" for path in self.root.glob("tests/*") if path.is_dir()}
+            self.targets_ |= {f"bench_{path.name[:-10]}" for path in self.root.glob("tests/bench/*_bench.cpp")}
+        return self.targets_
+
+    def tests(self):
+        """Names of all tests as --gtest_filter sees them; a parameter or a type is written 0."""
+        if not hasattr(self, "tests_"):
+            self.tests_, suites, prefixes = set(), [], {}
+            for path in [*self.root.glob("tests/**/*_test.cpp"), *self.root.glob("tests/**/*.h")]:
+                text = path.read_text(encoding="utf-8")
+                suites += re.findall(r"\b(TEST|TEST_F|TEST_P|TYPED_TEST)\(\s*(\w+),\s*(\w+)\s*\)", text)
+                for prefix, suite in re.findall(r"INSTANTIATE_TEST_SUITE_P\(\s*(\w+),\s*(\w+)", text):
+                    prefixes.setdefault(suite, []).append(prefix)
+            for kind, suite, name in suites:
+                if kind == "TEST_P":
+                    self.tests_ |= {f"{prefix}/{suite}.{name}/0" for prefix in prefixes.get(suite, ["Some"])}
+                else:
+                    self.tests_.add(f"{suite}/0.{name}" if kind == "TYPED_TEST" else f"{suite}.{name}")
+        return self.tests_
+
+    # --- numbers ---------------------------------------------------------------------------------------------------
+    def read_numbers(self, chapter):
+        text = (self.root / chapter).read_text(encoding="utf-8")
+        found = numbers_in_prose(text)  # (offset, end, number)
+        tied = set()
+        for block in re.finditer(r"^```numbers\n(.*?)^```", text, re.M | re.S):
+            line = text.count("\n", 0, block.start()) + 1
+            for i, entry in enumerate(block[1].splitlines(), 1):
+                if entry.strip():
+                    tied |= self.tie(chapter, line + i, entry, text, found)
+        for offset, end, number in found:
+            if (offset, end) not in tied:
+                self.error(chapter, text.count("\n", 0, offset) + 1, f"the number {number} is tied to nothing: {{{{a value}}}} or a line of ```numbers")
+
+    def tie(self, chapter, line, entry, text, found):
+        """Reads one line of a block `numbers`; returns the places of the numbers that it covers."""
+        match = re.fullmatch(r"\s*(.+?)\s+(==|::)\s+(.+?)\s*", entry)
+        if not match:
+            self.error(chapter, line, "a number is tied as: words with the number == expression or file: pattern, or :: where it is from")
+            return set()
+        words, sign, origin = match.groups()
+        pattern = re.compile(r"\s+".join(map(re.escape, words.split())))
+        prose = blank_blocks(text)
+        places = {(offset, end): number for m in pattern.finditer(prose) for offset, end, number in found if m.start() <= offset and end <= m.end()}
+        if not places:
+            self.error(chapter, line, f"no number of the prose stands in the words \"{words}\"")
+        elif sign == "==":
+            value = self.origin(chapter, line, origin)
+            for number in sorted(set(places.values())) if value is not None else []:
+                if not agrees(number, value):
+                    self.error(chapter, line, f"\"{words}\" says {number}; {origin} is {value:.6g}")
+        return set(places)
+
+    def origin(self, chapter, line, origin):
+        """The number that an expression has, or that a pattern finds in a file; None after an error."""
+        file = re.match(r"([\w./-]+/[\w.-]+):\s+(.+)", origin)
+        try:
+            if not file:
+                return float(eval(origin, {"__builtins__": {}}, NAMES))  # the author's own arithmetic
+            match = re.search(file[2], (self.root / file[1]).read_text(encoding="utf-8"))
+            return value_of(match[1])
+        except TypeError:
+            self.error(chapter, line, f"{file[1] if file else origin} has nothing that matches {file[2] if file else ''}")
+        except Exception as error:  # whatever the author's expression can raise
+            self.error(chapter, line, f"{origin}: {error}")
+        return None
+
+    # --- appendices ------------------------------------------------------------------------------------------------
+    def read_appendices(self):
+        """Symbols of the chapters stand in the appendix "notation", works that are cited in the "bibliography"."""
+        chapters = {path.relative_to(self.root).as_posix(): path.read_text(encoding="utf-8") for path in sorted(self.root.glob(CHAPTERS))}
+        notation = next((name for name in chapters if "notation" in name), None)
+        if notation:
+            self.read_symbols(notation, {name: text for name, text in chapters.items() if not re.search("notation|bibliography", name)}, chapters[notation])
+        bibliography = next((name for name in chapters if "bibliography" in name), None)
+        if bibliography:
+            works = [(set(re.findall(r"[\w'’]+", m[1] + " " + m[3])), m[2])
+                     for m in re.finditer(r"\*\*([^*]*?) (\d{4})\.\*\*([^*]*)", chapters[bibliography])]
+            texts = {name: blank_blocks(text) for name, text in chapters.items() if name != bibliography}
+            for files in self.chunks.values():
+                for file, pieces in files.items():
+                    texts.setdefault(file, "\n".join(re.sub(r"^(?!\s*(?://|#)).*|^\s*(?://|#)", "", line)
+                                                     for line in (self.root / file).read_text(encoding="utf-8").split("\n")))
+            for name, text in sorted(texts.items()):
+                for match in CITATION.finditer(text):
+                    names = set(re.findall(r"(?:d')?[A-Z][\w'’]+", match[1])) - {"In", "Since", "From", "Until", "Appendix", "SIGGRAPH"}
+                    if names and not any(year == match[2] and names & of for of, year in works):
+                        self.error(name, text.count("\n", 0, match.start()) + 1, f"{' '.join(match[0].split())} is not in {bibliography}")
+
+    def read_symbols(self, notation, chapters, table):
+        """Greek letters and capitals that three chapters use have a row; a row's chapters use its symbol."""
+        used = {name: symbols_of(text) for name, text in chapters.items()}
+        rows = [(symbols_of(row.split("|")[1]), row) for row in table.split("\n") if row.startswith("| $")]
+        known = set().union(*(symbols for symbols, _ in rows))
+        for symbol in sorted(set().union(*used.values())):
+            where = [name for name in used if symbol in used[name]]
+            if len(where) >= 3 and symbol not in known and not re.match("[a-z]", symbol):
+                self.error(where[0], 1, f"${symbol}$ is used in {len(where)} chapters and has no row in {notation}")
+        for symbols, row in rows:
+            for chapter in re.findall(r"\]\((\d\d-[\w-]+\.md)\)", row):
+                name = next((n for n in used if n.endswith("/" + chapter)), None)
+                if name and not symbols & used[name]:
+                    self.error(notation, table[:table.index(row)].count("\n") + 1, f"{chapter} does not use {row.split('|')[1].strip()}")
+
     # --- all -------------------------------------------------------------------------------------------------------
     def run(self):
         sources = {path for pattern in LITERATE for path in self.root.glob(pattern) if path.is_file()}
@@ -154,6 +309,10 @@ class Check:
             self.read_source(path.relative_to(self.root).as_posix())
         for path in sorted(self.root.glob(CHAPTERS)):
             self.read_chapter(path.relative_to(self.root).as_posix())
+            self.read_blocks(path.relative_to(self.root).as_posix())
+            if "bibliography" not in path.name:
+                self.read_numbers(path.relative_to(self.root).as_posix())
+        self.read_appendices()
         for files in self.chunks.values():
             for file, pieces in files.items():
                 for i, piece in enumerate(pieces, 1):
@@ -178,6 +337,77 @@ def mask_code(text):
         else:
             lines.append(re.sub(r"(`+)(?!`).*?(?<!`)\1(?!`)", lambda m: "x" * len(m[0]), line))
     return "\n".join(lines)
+
+
+CITATION = re.compile(r"((?:d')?\b[A-Z][\w'’]+(?:(?:,\s|\sand\s)(?:d')?(?:[A-Z][\w’']+|others|colleagues)|\set\sal\.)*),?\s\(?((?:19|20)\d\d)\b")
+GREEK = "alpha|beta|gamma|delta|epsilon|eta|theta|phi|psi|sigma|tau|omega|mu|kappa|lambda|Lambda|Phi|Delta|chi|rho"
+
+
+def symbols_of(text):
+    """The letters of all formulas, with their indices: \\theta_i, \\eta', A_p (also for A_0), h."""
+    found = set()
+    for formula in re.finditer(r"\$\$(.+?)\$\$|\$([^$]+?)\$", blank_blocks(text), re.S):
+        plain = re.sub(r"\\(?:text|operatorname|mathrm|mathbf|mathbb|begin|end)\s*\{[^}]*\}", " ", formula[1] or formula[2])
+        for m in re.finditer(rf"(\\(?:{GREEK})(?![a-zA-Z])|(?<![a-zA-Z\\])[A-Za-z](?![a-zA-Z]))('*)(\^\*)?(_(?:\{{[^}}]*\}}|\\?\w+))?", plain):
+            index = re.sub(r"[{}]", "", m[4] or "")
+            found.add(m[1] + m[2] + (m[3] or "") + ("_p" if re.fullmatch(r"_\d|_k", index) and m[1] in "AMN" else "" if re.fullmatch(r"_\d", index) and m[1] != "I" else index))
+    return found
+
+
+NAMES = {name: getattr(math, name) for name in dir(math) if not name.startswith("_")} | {"abs": abs, "max": max, "min": min, "sum": sum, "range": range}
+WORDS = {word: value for value, word in enumerate(
+    "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen".split())} | {
+    "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "eighty": 80, "ninety": 90, "hundred": 100, "thousand": 1000}
+NUMBER = re.compile(r"\b10\^\{?-?\d+\}?|(?<![\w.^{-])\d+(?:,\d{3})*(?:\.\d+)?(?![\w]*\.?\w*[`_])|(?i:\b(?:" + "|".join(WORDS) + r")(?=\s+(?:percent|degrees?)\b))")
+
+
+def value_of(number):
+    """3, 3.5, 10^{-7}, 50,000, "five", 1e-6f, 0x1p-20."""
+    number = number.strip().lower()
+    if number in WORDS:
+        return float(WORDS[number])
+    if power := re.fullmatch(r"10\^\{?(-?\d+)\}?", number):
+        return 10.0 ** int(power[1])
+    number = number.replace(",", "").replace("'", "")
+    return float.fromhex(number.rstrip("l")) if number.startswith("0x") else float(number.rstrip("flu"))
+
+
+def agrees(number, value):
+    """Whether a printed number is the value to its last digit; a power of ten, to the nearest."""
+    if number.startswith("10^"):
+        return value > 0 and round(math.log10(value)) == round(math.log10(value_of(number)))
+    digits = len(number.partition(".")[2])
+    return abs(value_of(number) - value) <= 0.5001 * 10.0 ** -digits
+
+
+def blank(match):
+    return re.sub(r"[^\n]", " ", match[0])
+
+
+def blank_blocks(text):
+    return re.sub(r"^```.*?^```", blank, text, flags=re.M | re.S)
+
+
+def numbers_in_prose(text):
+    """(start, end, number) of all numbers that must come from somewhere."""
+    prose = blank_blocks(text)
+    prose = re.sub(r"^## Exercises\n(?:.*\n?)*?(?=^## |\Z)", blank, prose, flags=re.M) if "**1.1" not in prose else prose
+    prose = re.sub(r"^#.*|<!--.*?-->", blank, prose, flags=re.M)
+    prose = re.sub(r"`[^`\n]*`|\{\{[^{}]*\}\}|⟨[^⟨⟩]*⟩|\[\d+\]\([^)]*\)|\]\([^)]*\)|\\tag\{[^}]*\}", blank, prose)
+    prose = re.sub(r"\$\$(.+?)\$\$|\$([^$]+?)\$", whole_numbers_of_formula, prose, flags=re.S)
+    prose = re.sub(r"^(?:\*\*[\d.]+\*\*|\d+\.) |^\| \d+ \|", blank, prose, flags=re.M)
+    named = r"chapters?|figures?|tables?|equations?|sections?|exercises?|appendix|algorithm|Pharr|Debian|Ubuntu|C\+\+|Rec\.|CIE"
+    prose = re.sub(rf"(?i:\b(?:{named}))\s+\[?\(?\d+(?:[.-]\d+)*\w?\b(?:(?:,| and| to)\s+\d+(?:\.\d+)*\b)*|\((?:\d+\.\d)\)", blank, prose)
+    prose = re.sub(r"\b(?:19|20)\d\d\b", blank, prose)
+    plain = lambda m: m[0] in ("0", "1") or m[0] in ("90", "180", "360") and text[m.end()] == "°"
+    return [(m.start(), m.end(), m[0]) for m in NUMBER.finditer(prose) if not plain(m)]
+
+
+def whole_numbers_of_formula(match):
+    """A formula of which only decimals, angles, percentages, powers of ten and numbers over 99 are left."""
+    text = match[0]
+    kept = {i for m in re.finditer(r"\d+\.\d+|10\^\{?-?\d+\}?|\d+(?=°|\\%|\^\\circ)|\d{3,}", text) for i in range(*m.span())}
+    return "".join(c if i in kept or c == "\n" else " " for i, c in enumerate(text))
 
 
 def kind_of(line):

@@ -134,12 +134,96 @@ class Weaver(unittest.TestCase):
             def output(says):
                 if says:
                     program.write_text(f"echo {says}; echo ran >> {folder}/log\n")
-                a_book = book.Book(Path(folder), Path(folder) / "out", Path(folder) / "none")
-                a_book.program_hash = ""
+                a_book = book.Book(Path(folder), Path(folder) / "out")
                 return a_book.run("bash build/release/tool", CHAPTER, 1)
 
             self.assertEqual([output("one"), output(None), output("two")], ["one\n", "one\n", "two\n"])
             self.assertEqual((Path(folder) / "log").read_text(), "ran\nran\n")
+
+    @contextlib.contextmanager
+    def a_book(self):
+        """Runs commands of a book that begins anew, but in the folder of the one before: run(command, ...)."""
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+
+            def run(*commands):
+                self.book = book.Book(root, root / "out")
+                return [self.book.run(command, CHAPTER, 1) for command in commands]
+
+            yield root, run
+
+    def test_a_command_runs_again_when_what_it_reads_has_changed(self):
+        with self.a_book() as (root, run):
+            for name in ("scenes/a.pbrt", "scenes/textures/b.png", "reference_images/c.exr", "src/core/d.py"):
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text("old")
+                command = f"echo {name.split('/')[0]}/a.pbrt; date +%N" if "scenes" in name else f"echo {name}; date +%N"
+                first = run(command)
+                self.assertEqual(run(command), first)
+                (root / name).write_text("new")
+                self.assertNotEqual(run(command), first, name)
+
+    def test_a_command_runs_again_when_one_that_it_builds_on_has(self):
+        with self.a_book() as (root, run):
+            both = ["date +%N > time.txt", "cat time.txt; date +%N"]
+            first = run(*both)
+            self.assertEqual(run(*both), first)
+            self.assertNotEqual(run("date +%N > time.txt; echo", both[1])[1], first[1])
+            (root / "out/run/01-first/time.txt").unlink()  # what is not there any more is made again
+            run(both[0])
+            self.assertTrue((root / "out/run/01-first/time.txt").exists())
+
+    def test_what_no_command_makes_disappears(self):
+        with self.a_book() as (root, run):
+            run("echo > old.png", "echo > kept.png")
+            run("echo > kept.png")
+            with self.assertRaisesRegex(book.BookError, "no command of this chapter wrote the picture old.png"):
+                (root / "literate_docs").mkdir()
+                (root / CHAPTER).write_text("")
+                self.book.picture("old.png", CHAPTER)
+            (root / "out/figures").mkdir()
+            (root / "out/figures/01-first-old.png").write_text("")
+            self.book.copied = [(CHAPTER, "kept.png")]
+            self.book.sweep()
+            self.assertEqual(sorted(p.name for p in (root / "out/run/01-first").glob("*.png")), ["kept.png"])
+            self.assertEqual(list((root / "out/figures").glob("*")), [])
+
+    def test_a_filter_that_lets_nothing_through(self):
+        with self.a_book() as (root, run):
+            for command in ["echo a | sed -n '/b/p'", "echo a | cut -c5-"]:
+                with self.assertRaisesRegex(book.BookError, "prints nothing: its pattern matches nothing"):
+                    run(command)
+            with self.assertRaisesRegex(book.BookError, "ends with status 1"):
+                run("echo a | grep b | cat")
+            self.assertEqual(run("true"), [""])
+
+    @unittest.skipUnless(shutil.which("ninja"), "needs ninja")
+    def test_a_program_older_than_its_sources(self):
+        with self.a_book() as (root, run):
+            build = root / "build/release"
+            build.mkdir(parents=True)
+            (root / "a.cpp").write_text("echo one")
+            (build / "build.ninja").write_text(f"rule copy\n  command = cp $in $out; chmod +x $out\nbuild tool: copy {root}/a.cpp\n")
+            self.assertEqual(run("bash build/release/tool"), ["one\n"])
+            (root / "a.cpp").write_text("echo two")
+            self.assertEqual(run("bash build/release/tool; true"), ["two\n"])  # built again first
+            with self.assertRaisesRegex(book.BookError, "the target book of CMakeLists.txt does not name it"):
+                book.Book(root, root / "out", ["other"]).run("bash build/release/tool; echo", CHAPTER, 1)
+            (root / "a.cpp").unlink()
+            with self.assertRaisesRegex(book.BookError, "build/release/tool cannot be built"):
+                run("bash build/release/tool; date")
+
+    @WITH_TOOLS
+    def test_a_build_that_fails_leaves_no_page_of_before(self):
+        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+            root = Path(folder)
+            for path, text in {SOURCE: GOOD_SOURCE, CHAPTER: GOOD_CHAPTER}.items():
+                (root / path).parent.mkdir(parents=True, exist_ok=True)
+                (root / path).write_text(text, encoding="utf-8")
+            self.assertEqual(book.main(["--root", folder, "--out", f"{folder}/out", "--no-pdf"]), 0)
+            (root / CHAPTER).write_text(GOOD_CHAPTER.replace("echo 6*7", "false && echo 6*7"), encoding="utf-8")
+            self.assertEqual(book.main(["--root", folder, "--out", f"{folder}/out", "--no-pdf"]), 1)
+            self.assertEqual(list((root / "out").glob("*.html")), [])
 
     @WITH_TOOLS
     def test_a_broken_formula(self):

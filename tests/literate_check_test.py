@@ -44,6 +44,57 @@ class LiterateCheck(unittest.TestCase):
     def assert_errors(self, files, *expected):
         self.assertEqual(self.check(files), (1, list(expected)))
 
+    # --- blocks, numbers, appendices ---------------------------------------------------------------------------------
+    def test_a_block_that_is_neither_run_nor_checked(self):
+        self.assert_errors({CHAPTER: "# 1 A\n\nText.\n\n```cpp\nint a;\n```\n"},
+                           f"{CHAPTER}:5: error: a block `cpp` is neither run nor checked: run, values, figure, chart, numbers or sh")
+        self.assert_errors({CHAPTER: "# 1 A\n\nText:\n\n    make it\n"},
+                           f"{CHAPTER}:5: error: indented code is neither run nor checked: write a block, ```sh or ```run")
+
+    def test_the_words_of_a_command_are_looked_up(self):
+        files = {"CMakeLists.txt": "add_executable(tool a.cpp)\n", "tests/fibers/a_test.cpp": "TEST(Mp, IsADensity) {}\nTEST_P(Hair, Furnace) {}\n"}
+        block = "# 1 A\n\nText.\n\n```sh\n{}\n```\n"
+        for good in ["build/release/tool scenes", "build/release/test_fibers --gtest_filter='Mp.*:*Furnace*'", "cmake --build --preset release --target tool"]:
+            self.assert_good({**files, CHAPTER: block.format(good)})
+        for bad, what in [("build/release/toll", "CMakeLists.txt makes no toll"), ("cat tests/none.cpp", "there is no file tests/none.cpp"),
+                          ("build/release/test_fibers --gtest_filter='Mp.*:Np.*'", "no test is called Np.*"),
+                          ("build/release/test_fibers --gtest_filter='Mp.*-*Fournace*'", "no test is called *Fournace*")]:
+            self.assert_errors({**files, CHAPTER: block.format(bad)}, f"{CHAPTER}:6: error: {what}")
+
+    def test_a_number_is_tied(self):
+        source = {"src/fibers/b.h": "constexpr int kMaxLobes = 16;\n"}
+        text = "# 1 A\n\nThey merge at $46.9°$, and at most 16 lobes have five percent in $10^{-3}$ s.\n\n```numbers\n"
+        good = ["merge at $46.9°$ == degrees(asin(sqrt((4 - 1.55 ** 2) / 3)))", "at most 16 == src/fibers/b.h: kMaxLobes = (\\d+)",
+                "have five percent == 4.6", "$10^{-3}$ s :: the machine of an example"]
+        good[1] = good[1].replace("\\\\", "\\")
+        with_entries = lambda *entries: {**source, CHAPTER: text + "\n".join(entries) + "\n```\n"}
+        file = lambda check: [line for line in check if not line.startswith("src/")]
+        status, lines = self.check(with_entries(*good))
+        self.assertEqual(file(lines), [])
+        for k, number in enumerate(["46.9", "16", "five", "10^{-3}"]):
+            status, lines = self.check(with_entries(*(e for i, e in enumerate(good) if i != k)))
+            self.assertEqual(file(lines), [f"{CHAPTER}:3: error: the number {number} is tied to nothing: {{{{a value}}}} or a line of ```numbers"])
+        for k, bad, what in [(0, "merge at $46.9° == 46.96", "says 46.9; 46.96 is 46.96"), (1, "at most 16 == src/fibers/b.h: kMinLobes = (.)", "has nothing that matches"),
+                             (1, "at most 16 == src/fibers/b.h: = 1(.)", "says 16; src/fibers/b.h: = 1(.) is 6"), (2, "has five percent == 5", "no number of the prose stands in the words"),
+                             (3, "$10^{-3}$ s == 0.02", "says 10^{-3}; 0.02 is 0.02"), (0, "merge at $46.9° = 4", "a number is tied as")]:
+            status, lines = self.check(with_entries(*(bad if i == k else e for i, e in enumerate(good))))
+            self.assertTrue(any(what in line for line in file(lines)), (bad, lines))
+
+    def test_numbers_that_need_no_tie(self):
+        self.assert_good({CHAPTER: "# 1 A of 77\n\nSee [chapter 12](12-b.md), [7](07-c.md), figure 1.20 and Veach (1997): `12` of $x^{20} / 3$ at 90° is {{a .3g}}.\n\n"
+                                   "```run\necho 5\n```\n\n1. First.\n\n## Exercises\n\n1. Take 16 of 20.\n"})
+
+    def test_symbols_and_works_stand_in_the_appendices(self):
+        chapters = {f"literate_docs/0{k}-a.md": f"# {k} A\n\n$\\theta_i$ and $x$, by Veach and Guibas (1995).\n" for k in (1, 2, 3)}
+        notation, works = "literate_docs/19-notation.md", "literate_docs/20-bibliography.md"
+        row, entry = "# B\n\n| a | b |\n| --- | --- |\n| $\\theta_i$ | angle | [1](01-a.md) |\n", "# C\n\n- **Veach and Guibas 1995.** Eric Veach: *Optimally.*\n"
+        self.assert_good({**chapters, notation: row, works: entry})
+        self.assert_errors({**chapters, notation: row.replace("_i", "_o"), works: entry},
+                           "literate_docs/01-a.md:1: error: $\\theta_i$ is used in 3 chapters and has no row in literate_docs/19-notation.md",
+                           "literate_docs/19-notation.md:5: error: 01-a.md does not use $\\theta_o$")
+        self.assert_errors({**chapters, notation: row, works: entry.replace("1995", "1996")},
+                           *(f"literate_docs/0{k}-a.md:3: error: Veach and Guibas (1995 is not in literate_docs/20-bibliography.md" for k in (1, 2, 3)))
+
     # --- the command -----------------------------------------------------------------------------------------------
     def run_command(self, files, *options):
         with self.book(files) as folder:
@@ -94,7 +145,7 @@ class LiterateCheck(unittest.TestCase):
 
     def test_code_in_a_chapter_is_not_read(self):
         self.assert_good({SOURCE: GOOD_SOURCE,
-                          CHAPTER: GOOD_CHAPTER + "\n```\n⟨Nothing⟩\n⟨\n```\n\nWrite `⟨Name⟩` or ``⟨`Name⟩``.\n"})
+                          CHAPTER: GOOD_CHAPTER + "\n```run\n⟨Nothing⟩\n⟨\n```\n\nWrite `⟨Name⟩` or ``⟨`Name⟩``.\n"})
 
     def test_prose_may_begin_with_code(self):
         self.assert_good({SOURCE: GOOD_SOURCE, CHAPTER: "Numbers can be added by\n`Add`.\n\n⟨Add two numbers⟩\n"})
@@ -178,7 +229,7 @@ class LiterateCheck(unittest.TestCase):
     def test_unexplained(self):
         listing = "⟨Add two numbers⟩\n"
         for before in ("", "# Heading\n\n", "Text.\n\n## Heading\n\n", "Text.\n\n![figure](a.png)\n\n",
-                       "Text.\n\n```\ncode\n```\n\n", "Text.\n\n| a | b |\n", "Text.\n\n---\n", "# Heading\n\n$$x$$\n\n",
+                       "Text.\n\n```run\ncode\n```\n\n", "Text.\n\n| a | b |\n", "Text.\n\n---\n", "# Heading\n\n$$x$$\n\n",
                        "Text.\n\n## Heading\n\n$$\nx\n$$\n", "Text.\n\n<!-- note -->\n"):
             with self.subTest(before):
                 self.assert_errors({SOURCE: GOOD_SOURCE, CHAPTER: before + listing},

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -48,6 +49,22 @@ TEST(HairColor, SigmaAFromConcentrationAsInTheText) {
     }
     EXPECT_EQ(HairBSDF::SigmaAFromConcentration(-1, -1), Spectrum(0.f));
     EXPECT_FLOAT_EQ(HairBSDF::SigmaAFromConcentration(0, 2)[1], 0.8f);
+}
+
+// The fit inverted, c = exp(-s sqrt(sigma_a)), by plain arithmetic: exercise 10.2 of the book.
+TEST(HairColor, TheColourOfABrown) {
+    const double b = 0.3, s = 5.969 + b * (-0.215 + b * (2.532 + b * (-10.73 + b * (5.574 + b * 0.245))));
+    std::array<double, 3> colour;
+    for (size_t c = 0; c < 3; ++c)
+        colour[c] = std::exp(-s * std::sqrt(1.3 * std::array{0.419, 0.697, 1.37}[c]));
+    std::printf("eumelanin 1.3 at beta_n = 0.3 has the colour (%.4f, %.4f, %.4f)\n", colour[0], colour[1],
+                colour[2]);
+    const Spectrum sigma = HairBSDF::SigmaAFromReflectance(
+        Spectrum(static_cast<float>(colour[0]), static_cast<float>(colour[1]), static_cast<float>(colour[2])),
+        0.3f);
+    const Spectrum expected = HairBSDF::SigmaAFromConcentration(1.3f, 0);
+    for (size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(sigma[c] / expected[c], 1, 1e-5);
 }
 
 } // namespace

@@ -158,7 +158,7 @@ constexpr std::array kFigures = std::to_array<Figure>({
      "0.3.",
      BookPigments, ""},
     {"book-mis", Plot,
-     "The noise of a sample of the light that a hair, met anywhere over its width, scatters to the viewer "
+     "The noise of two samples of the light that a hair, met anywhere over its width, scatters to the viewer "
      "from a lamp: by the lamp's size, and by what is sampled. Both together take one sample of each.",
      BookMis, ""},
 });
