@@ -230,7 +230,7 @@ class Check:
                     tied |= self.tie(chapter, line + i, entry, text, found)
         for offset, end, number in found:
             if (offset, end) not in tied:
-                self.error(chapter, text.count("\n", 0, offset) + 1, f"the number {number} is tied to nothing: {{{{a value}}}} or a line of ```numbers")
+                self.error(chapter, text.count("\n", 0, offset) + 1, f"the number {' '.join(number.split())} is tied to nothing: {{{{a value}}}} or a line of ```numbers")
 
     def tie(self, chapter, line, entry, text, found):
         """Reads one line of a block `numbers`; returns the places of the numbers that it covers."""
@@ -253,7 +253,7 @@ class Check:
 
     def origin(self, chapter, line, origin):
         """The number that an expression has, or that a pattern finds in a file; None after an error."""
-        file = re.match(r"([\w./-]+/[\w.-]+):\s+(.+)", origin)
+        file = re.match(r"([\w./-]+\.\w+):\s+(.+)", origin)
         try:
             if not file:
                 return float(eval(origin, {"__builtins__": {}}, NAMES))  # the author's own arithmetic
@@ -355,27 +355,47 @@ def symbols_of(text):
 
 
 NAMES = {name: getattr(math, name) for name in dir(math) if not name.startswith("_")} | {"abs": abs, "max": max, "min": min, "sum": sum, "range": range}
-WORDS = {word: value for value, word in enumerate(
-    "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen".split())} | {
-    "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "eighty": 80, "ninety": 90, "hundred": 100, "thousand": 1000}
-NUMBER = re.compile(r"\b10\^\{?-?\d+\}?|(?<![\w.^{-])\d+(?:,\d{3})*(?:\.\d+)?(?![\w]*\.?\w*[`_])|(?i:\b(?:" + "|".join(WORDS) + r")(?=\s+(?:percent|degrees?)\b))")
+UNITS = {word: value for value, word in enumerate("zero one two three four five six seven eight nine ten eleven twelve".split())} | {
+    "a": 1, "half a": 0.5}
+TEENS = {word: value for value, word in enumerate("thirteen fourteen fifteen sixteen seventeen eighteen nineteen".split(), 13)}
+TENS = {word: 10 * value for value, word in enumerate("twenty thirty forty fifty sixty seventy eighty ninety".split(), 2)}
+GREAT = {"hundred": 100, "thousand": 1000, "million": 1e6}
+PARTS = {"tenth": 0.1, "twentieth": 0.05, "hundredth": 0.01, "thousandth": 1e-3, "ten-thousandth": 1e-4, "millionth": 1e-6}
+ANY = {**UNITS, **TEENS, **TENS}
+
+
+def one_of(words):
+    return "(?:" + "|".join(sorted(map(re.escape, words), key=len, reverse=True)).replace("\\ ", r"\s+") + ")"
+
+
+# In figures; powers of ten; and words: a count from thirteen on, hundreds, fractions from a tenth on, and percent or degrees
+NUMBER = re.compile(
+    r"\b10\^\{?-?\d+\}?|(?<![\w.^{-])\d+(?:,\d{3})*(?:\.\d+)?(?![\w]*\.?\w*[`_])|(?i:\b(?:"
+    + rf"{one_of(ANY)}(?:\s+{one_of(GREAT)})+|{one_of(UNITS)}\s+{one_of(PARTS)}s?|{one_of(TEENS)}|{one_of(TENS)}(?:-{one_of(UNITS)})?"
+    + rf"|{one_of(set(ANY) - {'a', 'half a'})}(?=\s+(?:percent|degrees?)\b))\b)")
 
 
 def value_of(number):
-    """3, 3.5, 10^{-7}, 50,000, "five", 1e-6f, 0x1p-20."""
-    number = number.strip().lower()
-    if number in WORDS:
-        return float(WORDS[number])
+    """3, 3.5, 10^{-7}, 50,000, "five", "twenty-four", "a hundred thousand", "three millionths", 1e-6f, 0x1p-20."""
+    number = " ".join(number.strip().lower().split())
     if power := re.fullmatch(r"10\^\{?(-?\d+)\}?", number):
         return 10.0 ** int(power[1])
+    if re.match("[a-z]", number):
+        value = 0.5 if number.startswith("half a ") else 1.0
+        for word in number.removeprefix("half a ").split():
+            tens, _, units = word.partition("-")
+            value *= PARTS.get(word.rstrip("s"), 0) or GREAT.get(word, 0) or ANY.get(word, 0) or TENS[tens] + UNITS[units]
+        return value
     number = number.replace(",", "").replace("'", "")
-    return float.fromhex(number.rstrip("l")) if number.startswith("0x") else float(number.rstrip("flu"))
+    return float.fromhex(number.rstrip("fl")) if number.startswith("0x") else float(number.rstrip("flu"))
 
 
 def agrees(number, value):
-    """Whether a printed number is the value to its last digit; a power of ten, to the nearest."""
+    """Whether a printed number is the value to its last digit; a power of ten, to the nearest; in words, to a tenth."""
     if number.startswith("10^"):
         return value > 0 and round(math.log10(value)) == round(math.log10(value_of(number)))
+    if number[0].isalpha():
+        return abs(value_of(number) - value) <= max(0.1 * value_of(number), 1e-12) or round(value) == value_of(number)
     digits = len(number.partition(".")[2])
     return abs(value_of(number) - value) <= 0.5001 * 10.0 ** -digits
 

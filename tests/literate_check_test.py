@@ -80,6 +80,16 @@ class LiterateCheck(unittest.TestCase):
             status, lines = self.check(with_entries(*(bad if i == k else e for i, e in enumerate(good))))
             self.assertTrue(any(what in line for line in file(lines)), (bad, lines))
 
+    def test_numbers_in_words(self):
+        for words, value in [("three", 3), ("sixteen", 16), ("twenty-four", 24), ("a hundred thousand", 1e5), ("three million", 3e6), ("eight hundred", 800),
+                             ("half a ten-thousandth", 5e-5), ("three millionths", 3e-6), ("1,234.5", 1234.5), ("10^{-7}", 1e-7), ("0x1p-3f", 0.125)]:
+            self.assertAlmostEqual(weave.value_of(words) / value, 1, 12, words)
+        for number, good, bad in [("0.30", 0.304, 0.306), ("46.9", 46.94, 46.96), ("16", 16, 17), ("five", 4.6, 5.6), ("a hundred", 95, 80), ("10^{-7}", 6e-8, 2e-8)]:
+            self.assertTrue(weave.agrees(number, good) and not weave.agrees(number, bad), number)
+        found = lambda text: [number for _, _, number in weave.numbers_in_prose(text)]
+        self.assertEqual(found("Up to sixteen of a hundred, twenty-four percent, a tenth of two dozen, seven degrees."),
+                         ["sixteen", "a hundred", "twenty-four", "a tenth", "seven"])
+
     def test_numbers_that_need_no_tie(self):
         self.assert_good({CHAPTER: "# 1 A of 77\n\nSee [chapter 12](12-b.md), [7](07-c.md), figure 1.20 and Veach (1997): `12` of $x^{20} / 3$ at 90° is {{a .3g}}.\n\n"
                                    "```run\necho 5\n```\n\n1. First.\n\n## Exercises\n\n1. Take 16 of 20.\n"})
