@@ -176,6 +176,15 @@ class Check:
             elif kind in ("run", "values", "sh"):
                 self.read_command(chapter, number, line)
 
+    def read_manual(self, file):
+        """Of a file that is not woven, the words of the commands in its blocks are looked up."""
+        inside = False
+        for number, line in enumerate((self.root / file).read_text(encoding="utf-8").split("\n"), 1):
+            if line.lstrip().startswith("```"):
+                inside = not inside
+            elif inside or line.startswith("    "):
+                self.read_command(file, number, line)
+
     def before(self, chapter, number):
         return "\n".join((self.root / chapter).read_text(encoding="utf-8").split("\n")[:number - 1]) + "\n"
 
@@ -187,6 +196,9 @@ class Check:
             target = target[0] or target[1]
             if target not in self.targets():
                 self.error(chapter, number, f"CMakeLists.txt makes no {target}")
+        for command in re.findall(r"build/release/cuticle ([a-z]\w+)", line):
+            if not any(f'"{command}"' in path.read_text(encoding="utf-8") for path in self.root.glob("src/cli/*.cpp")):
+                self.error(chapter, number, f"cuticle has no command {command}")
         for patterns in re.findall(r"--gtest_filter='?([^'\s]+)", line):
             for pattern in filter(None, re.split("[:-]", patterns)):
                 if not any(fnmatch.fnmatchcase(name, pattern) for name in self.tests()):
@@ -312,6 +324,9 @@ class Check:
             self.read_blocks(path.relative_to(self.root).as_posix())
             if "bibliography" not in path.name:
                 self.read_numbers(path.relative_to(self.root).as_posix())
+        for manual in ("README.md", "literate_docs/README.md"):
+            if (self.root / manual).exists():
+                self.read_manual(manual)
         self.read_appendices()
         for files in self.chunks.values():
             for file, pieces in files.items():

@@ -61,6 +61,12 @@ class LiterateCheck(unittest.TestCase):
                           ("build/release/test_fibers --gtest_filter='Mp.*-*Fournace*'", "no test is called *Fournace*")]:
             self.assert_errors({**files, CHAPTER: block.format(bad)}, f"{CHAPTER}:6: error: {what}")
 
+    def test_the_commands_of_the_manual_are_looked_up(self):
+        files = {"CMakeLists.txt": "add_executable(cuticle a.cpp)\n", "src/cli/render.cpp": "app.add_subcommand(\"render\", ...)"}
+        self.assert_good({**files, "README.md": "Do:\n\n```sh\nbuild/release/cuticle render a.pbrt\n```\n"})
+        self.assert_errors({**files, "README.md": "Do:\n\n```sh\nbuild/release/cuticle rander a.pbrt\n```\n"}, "README.md:4: error: cuticle has no command rander")
+        self.assert_errors({**files, "literate_docs/README.md": "Do:\n\n    sh tests/none.sh\n"}, "literate_docs/README.md:3: error: there is no file tests/none.sh")
+
     def test_a_number_is_tied(self):
         source = {"src/fibers/b.h": "constexpr int kMaxLobes = 16;\n"}
         text = "# 1 A\n\nThey merge at $46.9°$, and at most 16 lobes have five percent in $10^{-3}$ s.\n\n```numbers\n"
