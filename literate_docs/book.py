@@ -279,7 +279,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         if run.returncode != 0:
             raise BookError(chapter, line, f"`{command}` ends with status {run.returncode}: {run.stdout.strip()[-300:]}")
         self.require_tests(command, folder, chapter, line)
-        if not run.stdout.strip() and re.search(r"\b(grep|sed|awk|head|tail|cut|tr|benchmark_filter)\b", command):
+        if not run.stdout.strip() and re.search(r"(?:^|[|;&]\s*)(?:grep|sed|awk|head|tail|cut|tr)\s|--benchmark_filter", command):
             raise BookError(chapter, line, f"`{command}` prints nothing: its pattern matches nothing")
         files = sorted(file for file, state in self.files_in(folder).items() if before.get(file) != state)
         kept.write_text(json.dumps([run.stdout, files]), encoding="utf-8")
