@@ -146,6 +146,50 @@ class CommandLine(unittest.TestCase):
         self.ok("render", name, "-o", "a.exr", "--stats", "s.json", "--spp", "1")
         self.assertGreater(json.loads((self.path / "s.json").read_text())["curves"], 99)
 
+    def test_colours_of_a_file_of_strands(self):
+        """The scene's Material holds, unless the file's colours are asked for; what is done with them is said."""
+        strand = ('#usda 1.0\ndef BasisCurves "c" {\n uniform token type = "linear"\n int[] curveVertexCounts = [2]\n'
+                  ' point3f[] points = [(0,0,0),(0,1,0)]\n float[] widths = [0.1]\n%s}\n')
+        (self.path / "red.usda").write_text(strand % " color3f[] primvars:displayColor = [(0.5, 0, 0)]\n")
+        (self.path / "plain.usda").write_text(strand % "")
+        for words, materials, says in [(["red.usda"], 0, "the scene's Material holds"),
+                                       (["red.usda", "--colors", "ignore"], 0, "are left out"),
+                                       (["red.usda", "--colors", "keep"], 1, "a Material \"hair\" of its own"),
+                                       (["plain.usda"], 0, "1 strands")]:
+            run = self.ok("groom", "from", *words, "-o", "a.pbrt")
+            self.assertIn(says, run.stdout)
+            self.assertEqual((self.path / "a.pbrt").read_text().count("Material"), materials, words)
+        self.ok("groom", "from", "red.usda", "-o", "red.hair")
+        self.assertIn("Material holds", self.ok("groom", "from", "red.hair", "-o", "a.pbrt").stdout)
+        self.ok("groom", "from", "plain.usda", "-o", "plain.hair")  # its header has a colour by default
+        self.assertNotIn("olours", self.ok("groom", "from", "plain.hair", "-o", "a.pbrt").stdout)
+
+    def test_strands_of_points(self):
+        points = "".join(f"{i // 100} {i % 100} 0\n" for i in range(300))
+        (self.path / "s.ply").write_text("ply\nformat ascii 1.0\nelement vertex 300\nproperty float x\nproperty float y\n"
+                                         "property float z\nend_header\n" + points)
+        self.assertIn("3 strands", self.ok("groom", "from", "s.ply", "-o", "a.pbrt").stdout)
+        self.assertIn("6 strands", self.ok("groom", "from", "s.ply", "--points-per-strand", "50", "-o", "a.pbrt").stdout)
+        self.fails("groom", "from", "s.ply", "--points-per-strand", "7", "-o", "a.pbrt", says="--points-per-strand")
+        self.fails("render", self.scene(SCENE.replace("WorldEnd", 'Shape "plymesh" "string filename" "s.ply" WorldEnd')),
+                   says='Shape "hairfile"')
+
+    def test_memory_is_limited_before_it_is_taken(self):
+        film = SCENE.replace('xresolution" 20', 'xresolution" 16000').replace('yresolution" 10', 'yresolution" 16000')
+        name = self.scene(film)
+        # 256 million pixels of 56 bytes: 13.4 GB; of 136: 32.4
+        self.fails("render", name, "--max-memory", "4G", "-o", "a.exr", preexec_fn=bounded_memory,
+                   says=["13.4 GB", "--max-memory allows 4.0 GB", "the film of 16000 x 16000 pixels", "bad.pbrt:"])
+        self.fails("render", name, "--max-memory", "13.5G", "--variance", "-o", "a.exr", preexec_fn=bounded_memory, says="32.4 GB")
+        self.ok("render", "scene.pbrt", "--max-memory", "100M", "-o", "a.exr")
+        groom = SCENE.replace("WorldEnd", 'Shape "groom" "string kind" "hair-cube" "integer strands" 1000000\nWorldEnd')
+        self.fails("render", self.scene(groom), "--max-memory", "100M", "-o", "a.exr",
+                   says=["curve segments and their tree (bad.pbrt:"])
+        for wrong in ["lots", "-1", "4X", "0", "4GG"]:
+            run = self.run_program("render", "scene.pbrt", f"--max-memory={wrong}", "-o", "a.exr")
+            self.assertEqual(run.returncode, 1, wrong)
+            self.assertIn("size of memory", run.stderr, wrong)
+
     def test_mistakes_on_the_command_line(self):
         for words in [[], ["rendr"], ["render"], ["render", "scene.pbrt", "--ssp", "4"], ["render", "scene.pbrt", "--spp", "0"],
                       ["render", "scene.pbrt", "--spp", "many"], ["render", "scene.pbrt", "--crop", "0", "1"],

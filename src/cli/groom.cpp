@@ -19,8 +19,9 @@ struct GroomArguments {
     std::string kind, style, input, output, mesh;
     std::map<std::string, std::string> values, colorValues; // groom parameters that were given
     PbrtCurveOptions curves;
-    std::string spline, colors = "keep";
+    std::string spline, colors;
     float width = 0;
+    size_t pointsPerStrand = 0;
     bool skin = false, quiet = false;
 };
 
@@ -114,19 +115,38 @@ void RunProcedural(const GroomArguments &a) {
     Report(a, counts, bytes);
 }
 
+// Says what is done with the colours of a file that has them.
+void ReportColors(const GroomArguments &a, bool dropped, const PbrtCurveCounts &counts) {
+    if (a.quiet)
+        return;
+    if (dropped)
+        std::cout << a.input << ": the strands' colours are left out; "
+                  << (a.colors.empty()
+                          ? "the scene's Material holds, and --colors keep writes one for each colour\n"
+                          : "as --colors ignore asks\n");
+    else if (counts.materials > 0)
+        std::cout << a.input
+                  << ": each colour is written as a Material \"hair\" of its own, which stands in place "
+                     "of the scene's\n";
+}
+
 void RunFrom(GroomArguments a) {
     const StrandOutput format = FormatOf(a.output);
-    Groom groom = ReadGroomFile(a.input, a.width);
-    if (a.colors == "ignore") {
+    Groom groom = ReadGroomFile(a.input, {a.width, a.pointsPerStrand});
+    // Colours become materials only where they are asked for: those would stand in place of the user's own
+    const bool writesMaterials = format == StrandOutput::Pbrt && a.colors == "keep";
+    const bool dropsColors =
+        groom.hasColor && !writesMaterials && (format == StrandOutput::Pbrt || a.colors == "ignore");
+    if (dropsColors) {
         groom.pointColors.clear();
         groom.hasColor = false;
     }
     if (!a.spline.empty() && groom.spline == StrandSpline::Bezier)
         throw Error("{}: the file's curves are cubic; --spline is for files of points", a.input);
     a.curves.segments.spline = StrandSplineByName(a.spline);
-    a.curves.colors = a.colors == "keep";
+    a.curves.colors = writesMaterials;
     if (format == StrandOutput::Hair) {
-        groom = PointsOnCurves(std::move(groom));
+        groom = PointsOnCurves(WithoutPlacements(std::move(groom), a.input));
         groom.width *= a.curves.widthScale;
         for (float &w : groom.pointWidths)
             w *= a.curves.widthScale;
@@ -137,6 +157,7 @@ void RunFrom(GroomArguments a) {
         if (!a.quiet)
             std::cout << a.output << ": " << groom.StrandCount() << " strands, " << groom.points.size()
                       << " points\n";
+        ReportColors(a, dropsColors, {});
         return;
     }
     OutputFile out(a.output);
@@ -146,6 +167,7 @@ void RunFrom(GroomArguments a) {
     const uint64_t bytes = out.BytesWritten();
     out.Commit();
     Report(a, counts, bytes);
+    ReportColors(a, dropsColors, counts);
 }
 
 void AddOutputOptions(CLI::App &command, const std::shared_ptr<GroomArguments> &a) {
@@ -215,13 +237,13 @@ void AddProceduralCommand(CLI::App &groom, const std::string &kind, const std::s
 }
 
 void AddFromCommand(CLI::App &groom) {
-    CLI::App *command = groom.add_subcommand("from", "Read strands from a .hair, .tfx or .usda file");
+    CLI::App *command = groom.add_subcommand("from", "Read strands from a .hair, .tfx, .usda or .ply file");
     auto a = std::make_shared<GroomArguments>();
     command
-        ->add_option(
-            "input", a->input,
-            "the strands: .hair (Cem Yuksel), .tfx (TressFX 4) or .usda (USD's BasisCurves as text), told "
-            "apart by what they begin with")
+        ->add_option("input", a->input,
+                     "the strands: .hair (Cem Yuksel), .tfx (TressFX 4), .usda (USD's BasisCurves as text) "
+                     "or .ply (points "
+                     "only), told apart by what they begin with")
         ->required()
         ->type_name("FILE");
     AddOutputOptions(*command, a);
@@ -240,14 +262,19 @@ void AddFromCommand(CLI::App &groom) {
         ->add_option("--width", a->width,
                      "diameter of all hairs, instead of the file's widths (the file's units)")
         ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--points-per-strand", a->pointsPerStrand,
+                     "points of a .ply file that make a strand [100]")
+        ->check(CLI::Range(2, 1000000));
     command->add_option("--width-scale", a->curves.widthScale, "factor on all widths")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command
-        ->add_option("--colors", a->colors,
-                     "keep: a hair material for each colour (each strand's mean); ignore: no materials")
-        ->check(CLI::IsMember({"keep", "ignore"}))
-        ->capture_default_str();
+        ->add_option(
+            "--colors", a->colors,
+            "keep: a hair material for each colour (each strand's mean), in place of the scene's; ignore: "
+            "the scene's Material holds [ignore, and keep into a .hair file]")
+        ->check(CLI::IsMember({"keep", "ignore"}));
     command
         ->add_option("--color-levels", a->curves.colorLevels,
                      "steps per channel when there are more than 256 colours")
@@ -272,7 +299,7 @@ void AddGroomCommand(CLI::App &app) {
         "The output is geometry without camera and lights: a scene takes it in by Include \"FILE.pbrt.gz\"\n"
         "after its Material \"hair\". Scenes that only Cuticle reads can name a groom directly instead:\n"
         "  Shape \"groom\" \"string style\" \"curly\" \"integer strands\" 30000\n"
-        "  Shape \"hairfile\" \"string filename\" \"straight.hair\" # or .tfx, .usda\n"
+        "  Shape \"hairfile\" \"string filename\" \"straight.hair\" # or .tfx, .usda, .ply\n"
         "Examples:\n"
         "  cuticle groom head --style curly --strands 50000 --seed 1 -o head.pbrt.gz\n"
         "  cuticle groom from straight.hair -o straight.pbrt.gz");

@@ -4,6 +4,7 @@
 #include "core/check.h"
 #include "core/clock.h"
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "fibers/hair_lanes.h"
 #include "files/file.h"
@@ -44,8 +45,8 @@ double PeakMegabytes() {
 struct RenderArguments {
     std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes", hairModel;
     int spp = 0;
-    size_t threads = 0; // 0: all
-    uint64_t seed = 0;
+    size_t threads = 0;               // 0: all
+    uint64_t seed = 0, maxMemory = 0; // bytes; 0: no limit
     std::vector<float> crop;
     bool quiet = false, strict = false, variance = false, quick = false;
 };
@@ -156,6 +157,11 @@ void RunRender(const RenderArguments &a) {
     if (a.threads > 0)
         limit.emplace(a.threads);
 
+    std::optional<MemoryBudget> budget;
+    if (a.maxMemory > 0)
+        budget.emplace(a.maxMemory);
+    const MemoryBudgetScope memory(budget ? &*budget : nullptr);
+
     VLOG(1) << a.scene << ": reading";
     Preparation seconds;
     double start = WallSeconds();
@@ -163,6 +169,7 @@ void RunRender(const RenderArguments &a) {
     seconds.parse = WallSeconds() - start;
     const std::string output = OutputName(a, description);
     CheckOutputs(output, a.stats, a.scene);
+    ClaimFilm(description.film, {RenderOptionsOf(a).film.crop, a.quick, a.variance});
 
     VLOG(1) << a.scene << ": building";
     start = WallSeconds();
@@ -218,6 +225,10 @@ void AddRenderCommand(CLI::App &app) {
                   "threads; the picture does not depend on them (default: all cores)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
+    c->add_option_function<std::string>(
+         "--max-memory", [a](const std::string &size) { a->maxMemory = ParseByteSize(size); },
+         "refuse, before it is allocated, what would not fit: film, maps, curves, meshes (4G, 512M)")
+        ->type_name("SIZE");
     c->add_option("--crop,--cropwindow", a->crop, "render only this window, in fractions of the picture")
         ->expected(4)
         ->type_name("x0 x1 y0 y1");

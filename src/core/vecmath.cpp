@@ -117,6 +117,21 @@ bool Transform::IsSingular() const {
 
 bool Transform::SwapsHandedness() const { return Determinant() < 0; }
 
+bool Transform::ScalesUnevenly() const {
+    if (IsSingular() || m_[3][0] != 0 || m_[3][1] != 0 || m_[3][2] != 0)
+        return false;
+    // A similarity has columns of equal length at right angles to one another: A^T A = s^2 I.
+    const double scale2 = std::pow(std::abs(Determinant()), 2. / 3);
+    double worst = 0;
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j) {
+            const double dot = m_[0][i] * m_[0][j] + m_[1][i] * m_[1][j] + m_[2][i] * m_[2][j];
+            worst = std::max(worst, std::abs(dot - (i == j ? scale2 : 0)));
+        }
+    // Twice the relative difference in length, since lengths are squared here.
+    return worst > 0.002 * scale2;
+}
+
 Point3f Transform::Point(const Point3f &p) const {
     const auto row = [&](size_t i) { return m_[i][0] * p.x + m_[i][1] * p.y + m_[i][2] * p.z + m_[i][3]; };
     const double w = row(3);

@@ -198,6 +198,9 @@ class Transform {
     bool IsIdentity() const;
     bool IsSingular() const; // also true where an element is NaN or infinite
     bool SwapsHandedness() const;
+    // Whether lengths grow by factors that differ by more than a thousandth from one direction to another.
+    // False for what is singular or not affine.
+    bool ScalesUnevenly() const;
     double Determinant() const; // of the upper left 3x3
     const Matrix &M() const { return m_; }
 

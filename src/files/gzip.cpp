@@ -15,7 +15,8 @@ bool IsGzip(std::string_view bytes) { return bytes.starts_with("\x1f\x8b"); }
 struct GzipReader::Inflater {
     z_stream z{};
     std::string_view packed;
-    bool atEnd = false; // of all members
+    bool atEnd = false;               // of all members
+    uint64_t taken = 0, unpacked = 0; // bytes so far
 
     Inflater() {
         if (inflateInit2(&z, 16 + MAX_WBITS) != Z_OK) // 16: gzip, nothing else
@@ -36,6 +37,7 @@ struct GzipReader::Inflater {
         const int status = inflate(&z, Z_NO_FLUSH);
         packed.remove_prefix(given - z.avail_in);
         *got = room - z.avail_out;
+        taken += given - z.avail_in, unpacked += *got;
         return status;
     }
 };
@@ -67,6 +69,8 @@ size_t GzipReader::Read(char *to, size_t size) {
         } else if (noMore && got == 0) {
             throw Error("ends in the middle of its gzip data");
         }
+        if (ExpandsTooFar(in.unpacked, in.taken))
+            throw Error("unpacks to more than {} times its size, as no honest data do", kMaxExpansion);
         if (got > 0)
             return got;
     }

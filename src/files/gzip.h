@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string_view>
@@ -11,8 +12,16 @@ namespace cuticle {
 // Whether bytes begin as gzip data do (RFC 1952: 0x1f, 0x8b).
 bool IsGzip(std::string_view bytes);
 
+// The one limit on what packed data may grow to, whatever packs them (gzip, PNG, EXR, ...): beyond
+// kFreeExpansion bytes they are refused where they are also more than kMaxExpansion times their packed size.
+// Numbers as text pack 2 to 20 times, pictures less: only data made to do harm pack better and are so large.
+inline constexpr uint64_t kFreeExpansion = uint64_t(256) << 20, kMaxExpansion = 200;
+inline bool ExpandsTooFar(uint64_t unpacked, uint64_t packed) {
+    return unpacked > kFreeExpansion && unpacked / kMaxExpansion > packed;
+}
+
 // Unpacks gzip data from front to back. Members that follow one another (RFC 1952) are read as one; anything
-// else behind the last one is refused. How much may be unpacked is for the caller to limit.
+// else behind the last one is refused, and so are data that expand too far.
 class GzipReader {
   public:
     // The next packed bytes, empty at the end; they must stay valid until it is called again.

@@ -50,8 +50,10 @@ Spectrum Groom::StrandColor(size_t strand) const {
 
 Bounds3f Groom::Bounds() const {
     Bounds3f b;
-    for (const Point3f &p : points)
-        b.Extend(p);
+    ForEachPlacement(*this, [&](const StrandRange &strands, const Transform *toGroom) {
+        for (uint32_t i = strandOffsets[strands.begin]; i < strandOffsets[strands.end]; ++i)
+            b.Extend(toGroom ? toGroom->Point(points[i]) : points[i]);
+    });
     return b;
 }
 
@@ -73,6 +75,8 @@ void Groom::Append(const Groom &other) {
         hasColor = other.hasColor;
         spline = other.spline;
     }
+    for (const Placement &p : other.placements)
+        placements.push_back({StrandCount() + p.begin, StrandCount() + p.end, p.toGroom});
     const auto base = static_cast<uint32_t>(points.size());
     for (size_t i = 1; i < other.strandOffsets.size(); ++i)
         strandOffsets.push_back(base + other.strandOffsets[i]);
@@ -282,17 +286,24 @@ Groom PointsOnCurves(Groom groom) {
 void AppendSegments(std::span<const Point3f> points, std::span<const float> widths,
                     const SegmentOptions &options, std::vector<BezierSegment> *out) {
     const StrandSpline spline = options.spline.value_or(StrandSpline::CatmullRom);
-    if (options.segmentsPerStrand <= 0)
-        return PiecesThrough(points, widths, spline, out);
-    std::vector<Point3f> p;
-    std::vector<float> w, at;
-    ResampleStrand(points, widths, spline, options.segmentsPerStrand, &p, &w, &at);
     const size_t first = out->size();
-    // The resampled points lie on the wanted curve already, whichever spline made it.
-    PiecesThrough(p, w, spline == StrandSpline::Linear ? spline : StrandSpline::CatmullRom, out);
-    for (size_t i = first; i < out->size(); ++i)
-        for (float &a : (*out)[i].at)
-            a = at[static_cast<size_t>(a)];
+    if (options.segmentsPerStrand <= 0) {
+        PiecesThrough(points, widths, spline, out);
+    } else {
+        std::vector<Point3f> p;
+        std::vector<float> w, at;
+        ResampleStrand(points, widths, spline, options.segmentsPerStrand, &p, &w, &at);
+        // The resampled points lie on the wanted curve already, whichever spline made it.
+        PiecesThrough(p, w, spline == StrandSpline::Linear ? spline : StrandSpline::CatmullRom, out);
+        for (size_t i = first; i < out->size(); ++i)
+            for (float &a : (*out)[i].at)
+                a = at[static_cast<size_t>(a)];
+    }
+    const size_t count = out->size() - first;
+    for (size_t i = 0; i < count; ++i) {
+        (*out)[first + i].index = static_cast<uint32_t>(i);
+        (*out)[first + i].count = static_cast<uint32_t>(count);
+    }
 }
 
 void AppendSegments(const Groom &groom, size_t strand, const SegmentOptions &options,
@@ -323,15 +334,24 @@ void CheckSegmentCount(size_t segments) {
             .WithRemedy("a scene holds at most {}: use fewer strands or segments", kMaxSegments);
 }
 
-size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options) {
+size_t ExpectedSegments(const Groom &groom, const StrandRange &range, const SegmentOptions &options) {
+    const size_t strands = range.end - range.begin;
     if (options.segmentsPerStrand > 0)
-        return groom.StrandCount() * static_cast<size_t>(options.segmentsPerStrand);
-    const size_t points = groom.points.size(), strands = groom.StrandCount();
+        return strands * static_cast<size_t>(options.segmentsPerStrand);
+    const size_t points = groom.strandOffsets[range.end] - groom.strandOffsets[range.begin];
     return points <= strands ? 0 : (points - strands) / (groom.spline == StrandSpline::Bezier ? 3 : 1);
 }
 
-void ForEachSegment(const Groom &groom, const SegmentOptions &options,
-                    const std::function<void(const BezierSegment &, size_t strand)> &emit) {
+size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options) {
+    return ExpectedSegments(groom, {0, groom.StrandCount()}, options);
+}
+
+void ForEachSegment(const Groom &groom, const SegmentOptions &options, const EmitSegment &emit) {
+    ForEachSegment(groom, {0, groom.StrandCount()}, options, emit);
+}
+
+void ForEachSegment(const Groom &groom, const StrandRange &strands, const SegmentOptions &options,
+                    const EmitSegment &emit) {
     // Batches made in parallel and handed on in order, so that memory stays small
     constexpr size_t kChunk = 256, kChunks = 64;
     struct Pieces {
@@ -339,12 +359,12 @@ void ForEachSegment(const Groom &groom, const SegmentOptions &options,
         std::vector<size_t> ends; // by strand of the chunk
     };
     std::vector<Pieces> chunks(kChunks);
-    for (size_t begin = 0; begin < groom.StrandCount(); begin += kChunk * kChunks) {
+    for (size_t begin = strands.begin; begin < strands.end; begin += kChunk * kChunks) {
         ParallelFor(kChunks, [&](size_t c) {
             Pieces &pieces = chunks[c];
             pieces.all.clear();
             pieces.ends.clear();
-            const size_t last = std::min(groom.StrandCount(), begin + (c + 1) * kChunk);
+            const size_t last = std::min(strands.end, begin + (c + 1) * kChunk);
             for (size_t strand = begin + c * kChunk; strand < last; ++strand) {
                 AppendSegments(groom, strand, options, &pieces.all);
                 pieces.ends.push_back(pieces.all.size());
@@ -355,6 +375,44 @@ void ForEachSegment(const Groom &groom, const SegmentOptions &options,
                 for (; i < chunks[c].ends[k]; ++i)
                     emit(chunks[c].all[i], begin + c * kChunk + k);
     }
+}
+
+void ForEachPlacement(const Groom &groom,
+                      const std::function<void(const StrandRange &, const Transform *)> &use) {
+    size_t next = 0;
+    for (const Groom::Placement &p : groom.placements) {
+        if (next < p.begin)
+            use({next, p.begin}, nullptr);
+        use({p.begin, p.end}, &p.toGroom);
+        next = p.end;
+    }
+    if (next < groom.StrandCount())
+        use({next, groom.StrandCount()}, nullptr);
+}
+
+Groom WithoutPlacements(Groom groom, const std::string &name) {
+    if (groom.placements.empty())
+        return groom;
+    Warning("strands scaled unevenly",
+            name + ": strands stand under a transformation that scales differently along different axes; "
+                   "their widths are scaled by its mean factor");
+    if (groom.pointWidths.empty()) { // a width for each point, since placements differ
+        std::vector<float> widths;
+        for (size_t i = 0; i < groom.StrandCount(); ++i)
+            for (size_t k = 0; k < groom.PointCount(i); ++k)
+                widths.push_back(groom.Width(i, k));
+        groom.pointWidths = std::move(widths);
+        groom.strandWidths = {};
+    }
+    for (const Groom::Placement &p : groom.placements) {
+        const auto scale = static_cast<float>(std::cbrt(std::abs(p.toGroom.Determinant())));
+        for (uint32_t i = groom.strandOffsets[p.begin]; i < groom.strandOffsets[p.end]; ++i) {
+            groom.points[i] = p.toGroom.Point(groom.points[i]);
+            groom.pointWidths[i] *= scale;
+        }
+    }
+    groom.placements.clear();
+    return groom;
 }
 
 } // namespace cuticle

@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -40,6 +41,15 @@ struct Groom {
     std::vector<float> pointWidths;
     std::vector<std::array<float, 2>> strandWidths;
     float width = 0.008f;
+
+    // Strands that stand under a transformation which scales unevenly, [begin, end): their points and widths
+    // are those before it, since no width survives it. In order, apart from one another; all other strands
+    // need none.
+    struct Placement {
+        size_t begin, end;
+        Transform toGroom;
+    };
+    std::vector<Placement> placements;
 
     // Linear RGB: one per point, or empty. hasColor: `color` holds for all (pointColors empty).
     std::vector<Spectrum> pointColors;
@@ -74,11 +84,13 @@ struct SegmentOptions {
 };
 
 // One cubic Bezier piece of a strand. width: full widths at u = 0 and u = 1, linear between. at: where on the
-// strand its ends lie, counted in points from the root (1.5: midway between the second and the third).
+// strand its ends lie, counted in points from the root (1.5: midway between the second and the third). It is
+// number `index` of the `count` pieces of its strand.
 struct BezierSegment {
     Point3f cp[4];
     float width[2];
     float at[2];
+    uint32_t index = 0, count = 1;
 };
 
 // Appends the Bezier pieces of one run of points to *out, root to tip. widths: one per point. Pieces join
@@ -97,14 +109,30 @@ inline constexpr size_t kMaxSegments = (size_t(1) << 27) - 1;
 // Throws Error where `segments` are more than kMaxSegments.
 void CheckSegmentCount(size_t segments);
 
-// Returns how many pieces come from a groom whose strands all have points and no coincident ones: what to
-// reserve.
-size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options);
+// A run of strands, [begin, end).
+struct StrandRange {
+    size_t begin = 0, end = 0;
+};
 
-// Calls emit(segment, strand) for all pieces of all strands in order, from this thread; the pieces are made
-// in parallel.
-void ForEachSegment(const Groom &groom, const SegmentOptions &options,
-                    const std::function<void(const BezierSegment &, size_t strand)> &emit);
+// Returns how many pieces come from strands that all have points and no coincident ones: what to reserve.
+size_t ExpectedSegments(const Groom &groom, const StrandRange &strands, const SegmentOptions &options);
+size_t ExpectedSegments(const Groom &groom, const SegmentOptions &options); // of all strands
+
+// Calls emit(segment, strand) for all pieces of these strands in order, from this thread; the pieces are made
+// in parallel. Placements are left to the caller.
+using EmitSegment = std::function<void(const BezierSegment &, size_t strand)>;
+void ForEachSegment(const Groom &groom, const StrandRange &strands, const SegmentOptions &options,
+                    const EmitSegment &emit);
+void ForEachSegment(const Groom &groom, const SegmentOptions &options, const EmitSegment &emit);
+
+// Calls use(strands, toGroom) for runs that together are all strands, in order; toGroom is null but for those
+// of a placement.
+void ForEachPlacement(const Groom &groom,
+                      const std::function<void(const StrandRange &, const Transform *toGroom)> &use);
+
+// Returns the groom without placements, for formats that know none: points are transformed, and widths by the
+// mean factor, with a Warning in which `name` stands.
+Groom WithoutPlacements(Groom groom, const std::string &name);
 
 // Finds n + 1 points at equal arc lengths along the spline through `points`, with widths interpolated along
 // it; n >= 1. The first and the last point stay. A strand of no length gives n + 1 equal points. outAt: where

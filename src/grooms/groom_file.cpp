@@ -1,7 +1,9 @@
 #include "grooms/groom_file.h"
 
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "grooms/hair_file.h"
+#include "grooms/ply_strands.h"
 #include "grooms/tfx_file.h"
 #include "grooms/usd_file.h"
 
@@ -18,7 +20,12 @@ namespace {
     throw Error(FileLoc{std::make_shared<const std::string>(name)}, what);
 }
 
-using StrandParser = Groom (*)(std::string_view bytes, const std::string &name);
+using StrandParser = Groom (*)(std::string_view bytes, const std::string &name, const GroomFileOptions &);
+// Of a format that has no use for the options.
+template <Groom (*parse)(std::string_view, const std::string &)>
+Groom Parse(std::string_view bytes, const std::string &name, const GroomFileOptions &) {
+    return parse(bytes, name);
+}
 
 // A format of files with strands. To add a format of grooms: a pair of files with its Parse function, a row
 // in kFormats, its beginning in the message of ParserFor; the help texts of cli/groom.cpp and the README name
@@ -30,9 +37,13 @@ struct StrandFormat {
 };
 
 constexpr StrandFormat kFormats[] = {
-    {".hair", [](std::string_view b) { return b.starts_with("HAIR"); }, ParseHairFile},
-    {".tfx", IsTfxFile, ParseTfxFile},
-    {".usda", [](std::string_view b) { return b.starts_with("#usda"); }, ParseUsdFile},
+    {".hair", [](std::string_view b) { return b.starts_with("HAIR"); }, Parse<ParseHairFile>},
+    {".tfx", IsTfxFile, Parse<ParseTfxFile>},
+    {".usda", [](std::string_view b) { return b.starts_with("#usda"); }, Parse<ParseUsdFile>},
+    {".ply", [](std::string_view b) { return b.starts_with("ply"); },
+     [](std::string_view b, const std::string &name, const GroomFileOptions &options) {
+         return ParsePlyStrands(b, name, options.pointsPerStrand);
+     }},
 };
 
 StrandParser ParserFor(std::string_view beginning, const std::string &filename) {
@@ -46,10 +57,10 @@ StrandParser ParserFor(std::string_view beginning, const std::string &filename) 
     // unread.
     for (const StrandFormat &f : kFormats)
         if (filename.ends_with(f.ending))
-            f.parse(beginning, filename);
+            f.parse(beginning, filename, {});
     Refuse(filename,
            "this is none of the files with strands that can be read: .hair (begins with the letters "
-           "HAIR), .tfx (with the number 4 as a float), .usda (with #usda)");
+           "HAIR), .tfx (with the number 4 as a float), .usda (with #usda), .ply (with ply)");
 }
 
 double MeanLength(const Groom &groom) {
@@ -62,7 +73,8 @@ double MeanLength(const Groom &groom) {
 
 } // namespace
 
-Groom ReadGroomFile(const std::string &filename, float width) {
+Groom ReadGroomFile(const std::string &filename, const GroomFileOptions &options) {
+    const float width = options.width;
     struct stat status {};
     if (stat(filename.c_str(), &status) != 0)
         Refuse(filename, std::string("cannot read: ") + std::strerror(errno));
@@ -81,13 +93,14 @@ Groom ReadGroomFile(const std::string &filename, float width) {
     constexpr uint64_t kMaxLength = 128 + 0xffffffffull * (2 + 12 + 4 + 4 + 12);
     if (size > kMaxLength)
         Refuse(filename, "too long for a file of strands");
+    ClaimMemory(fmt::format("the file of strands \"{}\"", filename), 2 * size); // and what is read from it
     bytes.resize(size);
     in.clear();
     in.seekg(0);
     in.read(bytes.data(), static_cast<std::streamsize>(size));
     bytes.resize(static_cast<size_t>(in.gcount()));
 
-    Groom groom = parse(bytes, filename);
+    Groom groom = parse(bytes, filename, options);
     const bool none = groom.pointWidths.empty() && groom.strandWidths.empty() && groom.width == 0;
     if (width > 0 || none) {
         groom.pointWidths = {};

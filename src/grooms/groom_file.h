@@ -7,10 +7,16 @@
 
 namespace cuticle {
 
-// Reads a .hair file (Yuksel), a .tfx file (TressFX 4) or a .usda file (USD's BasisCurves as text): by what
-// the file begins with, and by its name's ending where that tells nothing. width: of all strands, instead of
-// the file's; 0: the file's. A file without widths gets 1/500 of the mean length of its strands, and a
-// warning. Throws Error that names the file and, where it can, the byte or the line.
-Groom ReadGroomFile(const std::string &filename, float width = 0);
+// What may be said about a file of strands that the file does not say.
+struct GroomFileOptions {
+    float width = 0;            // of all strands, instead of the file's; 0: the file's
+    size_t pointsPerStrand = 0; // of a .ply file; 0: 100
+};
+
+// Reads a .hair file (Yuksel), a .tfx file (TressFX 4), a .usda file (USD's BasisCurves as text) or a .ply
+// file of points only: by what the file begins with, and by its name's ending where that tells nothing. A
+// file without widths gets 1/500 of the mean length of its strands, and a warning. Throws Error that names
+// the file and, where it can, the byte or the line.
+Groom ReadGroomFile(const std::string &filename, const GroomFileOptions &options = {});
 
 } // namespace cuticle

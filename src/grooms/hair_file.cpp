@@ -108,8 +108,9 @@ Groom ParseHairFile(std::string_view bytes, const std::string &name) {
     }
     CheckTransparency(file, (arrays & kHasTransparency) != 0 ? transparencyStart : kTransparencyAt,
                       (arrays & kHasTransparency) != 0 ? points : 1);
-    groom.hasColor = true;
+    // The header's colour stands in every file, meant or not: it is no colour of the strands
     if ((arrays & kHasColors) != 0) {
+        groom.hasColor = true;
         groom.pointColors.resize(points);
         file.ReadFloats(colorsStart, 3 * points, reinterpret_cast<float *>(groom.pointColors.data()),
                         "a colour", IsNotNegative);
@@ -140,7 +141,8 @@ void WriteHairFile(const std::string &filename, const Groom &groom) {
         sameLength = sameLength && n == groom.PointCount(0);
     }
     const bool thickness = !groom.pointWidths.empty() || !groom.strandWidths.empty();
-    const bool colors = !groom.pointColors.empty();
+    // Always for each point: readers take the header's colour for none
+    const bool colors = groom.hasColor;
 
     std::string header(kHeaderBytes, '\0');
     const auto put = [&](size_t at, auto value) { std::memcpy(header.data() + at, &value, sizeof value); };
@@ -178,8 +180,10 @@ void WriteHairFile(const std::string &filename, const Groom &groom) {
             out.Write(bytesOf(widths));
         }
     }
-    if (colors)
+    if (colors && !groom.pointColors.empty())
         out.Write(bytesOf(groom.pointColors));
+    else if (colors)
+        out.Write(bytesOf(std::vector<Spectrum>(groom.points.size(), groom.color)));
     out.Commit();
 }
 

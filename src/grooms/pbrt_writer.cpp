@@ -1,8 +1,11 @@
 #include "grooms/pbrt_writer.h"
 
+#include "core/check.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "files/file.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
@@ -113,8 +116,8 @@ void AppendPieces(const std::vector<BezierSegment> &pieces, int digits, const Pb
 }
 
 // Formats the given strands in parallel batches and writes them in order.
-void WriteStrands(const Groom &groom, const std::vector<uint32_t> &order, int digits,
-                  const PbrtCurveOptions &options, OutputFile *out, PbrtCurveCounts *counts) {
+void WriteStrandsPlain(const Groom &groom, const std::vector<uint32_t> &order, int digits,
+                       const PbrtCurveOptions &options, OutputFile *out, PbrtCurveCounts *counts) {
     constexpr size_t kChunk = 256, kChunks = 64;
     for (size_t begin = 0; begin < order.size(); begin += kChunk * kChunks) {
         std::vector<std::string> text(kChunks);
@@ -138,10 +141,33 @@ void WriteStrands(const Groom &groom, const std::vector<uint32_t> &order, int di
     }
 }
 
+// The same, each run of strands under its placement.
+void WriteStrands(const Groom &groom, const std::vector<uint32_t> &order, int digits,
+                  const PbrtCurveOptions &options, OutputFile *out, PbrtCurveCounts *counts) {
+    ForEachPlacement(groom, [&](const StrandRange &range, const Transform *toGroom) {
+        const auto first = std::lower_bound(order.begin(), order.end(), range.begin);
+        const auto last = std::lower_bound(first, order.end(), range.end);
+        if (first == last)
+            return;
+        if (toGroom) {
+            std::string head = "TransformBegin\nConcatTransform [";
+            for (size_t column = 0; column < 4; ++column)
+                for (size_t row = 0; row < 4; ++row)
+                    head += fmt::format("{} ", toGroom->M()[row][column]);
+            head.back() = ']';
+            out->Write(head + "\n");
+        }
+        WriteStrandsPlain(groom, {first, last}, digits, options, out, counts);
+        if (toGroom)
+            out->Write("TransformEnd\n");
+    });
+}
+
 } // namespace
 
 void AppendPbrtCurves(const Groom &groom, size_t begin, size_t end, const PbrtCurveOptions &options,
                       std::string *out, PbrtCurveCounts *counts) {
+    CHECK(groom.placements.empty()); // WritePbrtCurves writes them
     const int digits = Digits(groom);
     std::vector<BezierSegment> pieces;
     for (size_t i = begin; i < end; ++i) {

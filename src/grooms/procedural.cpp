@@ -1,6 +1,7 @@
 #include "grooms/procedural.h"
 
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "grooms/head_shape.h"
 #include "grooms/lock_source.h"
@@ -338,6 +339,9 @@ std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params) {
 Groom MakeGroom(const GroomParams &params) {
     const std::unique_ptr<StrandSource> source = MakeStrandSource(params);
     CheckSegmentCount(source->StrandCount() * (source->PointsPerStrand() - 1));
+    ClaimMemory(fmt::format("the points of {} strands", source->StrandCount()),
+                source->StrandCount() * source->PointsPerStrand() *
+                    (sizeof(Point3f) + (source->HasColors() ? sizeof(Spectrum) : 0)));
     return source->Range(0, source->StrandCount());
 }
 

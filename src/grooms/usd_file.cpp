@@ -33,8 +33,8 @@ class CurvesBuilder {
   public:
     CurvesBuilder(const CurvesPrim &prim, const Transform &toLayer, const UsdText &text,
                   const std::string &name, bool bezierPoints)
-        : prim_(prim), toLayer_(toLayer), text_(text), name_(name), linear_(prim.type == "linear"),
-          bezierPoints_(bezierPoints) {
+        : prim_(prim), toLayer_(toLayer), isUneven_(toLayer.ScalesUnevenly()), text_(text), name_(name),
+          linear_(prim.type == "linear"), bezierPoints_(bezierPoints) {
         if (!linear_ && prim.type != "cubic")
             text_.Fail(prim.at, "curves of type \"" + prim.type + "\"; linear or cubic was expected");
         if (!linear_ && prim.basis != "bezier" && prim.basis != "bspline" && prim.basis != "catmullRom")
@@ -58,8 +58,9 @@ class CurvesBuilder {
             text_.Fail(width.at, "a width is negative");
         if (std::any_of(color.values.begin(), color.values.end(), [](float v) { return v < 0; }))
             text_.Fail(color.at, "a colour is negative");
-        const auto scale = static_cast<float>(std::cbrt(std::abs(toLayer_.Determinant())));
+        const auto scale = isUneven_ ? 1.f : static_cast<float>(std::cbrt(std::abs(toLayer_.Determinant())));
         size_t firstPoint = 0, firstVarying = 0;
+        const size_t firstStrand = groom->StrandCount();
         for (size_t curve = 0; curve < counts.size(); ++curve) {
             const size_t n = counts[curve];
             if (Segments(n) == 0) {
@@ -81,6 +82,8 @@ class CurvesBuilder {
             firstPoint += n;
             firstVarying += Segments(n) + 1;
         }
+        if (isUneven_ && groom->StrandCount() > firstStrand)
+            groom->placements.push_back({firstStrand, groom->StrandCount(), toLayer_});
         if (tooShort_)
             Warning("USD curves of too few points",
                     name_ + ": curves with too few points for one segment of their basis are left out");
@@ -212,11 +215,12 @@ class CurvesBuilder {
         if (groom->points.size() + n > std::numeric_limits<uint32_t>::max())
             text_.Fail(prim_.points.at, "a groom holds at most 4294967295 points");
         for (size_t i = 0; i < n; ++i) {
-            const Point3f q = toLayer_.Point(
-                {static_cast<float>(p[0][i]), static_cast<float>(p[1][i]), static_cast<float>(p[2][i])});
+            const Point3f own{static_cast<float>(p[0][i]), static_cast<float>(p[1][i]),
+                              static_cast<float>(p[2][i])};
+            const Point3f q = toLayer_.Point(own);
             if (!(IsCoordinate(q.x) && IsCoordinate(q.y) && IsCoordinate(q.z)))
                 text_.Fail(prim_.points.at, "a point, transformed, lies too far out");
-            groom->points.push_back(q);
+            groom->points.push_back(isUneven_ ? own : q);
             // A B-spline of widths stays positive, a Catmull-Rom spline may overshoot
             groom->pointWidths.push_back(w.empty() ? -1 : std::max(0.f, static_cast<float>(w[i])) * scale);
             Spectrum rgb(-1);
@@ -229,6 +233,7 @@ class CurvesBuilder {
 
     const CurvesPrim &prim_;
     const Transform toLayer_;
+    const bool isUneven_; // the strands stay in the prim's coordinates
     const UsdText &text_;
     const std::string &name_;
     bool linear_, bezierPoints_, pinned_ = false, tooShort_ = false;
@@ -275,6 +280,23 @@ void Settle(const std::string &name, Groom *groom) {
     collapse(&groom->pointColors, &groom->color);
 }
 
+// Says what a layer's axes and units are; returns the turn that makes y the axis that is up.
+Transform AxesAndUnits(const UsdLayer &layer, const UsdText &text, const std::string &name) {
+    if (layer.upAxis != "Y" && layer.upAxis != "Z")
+        text.Fail(layer.upAxisAt, "upAxis is \"Y\" or \"Z\", not \"{}\"", layer.upAxis);
+    const bool zUp = layer.upAxis == "Z";
+    if (zUp)
+        Warning("USD up axis",
+                name + ": the layer's z axis is up; it is turned so that y is, (x, y, z) to (x, z, -y)");
+    if (layer.metersPerUnit > 0)
+        Warning("USD units",
+                fmt::format("{}: a unit of this layer is {:g} m; its lengths are taken as they stand, a "
+                            "unit of the scene for each",
+                            name, layer.metersPerUnit));
+    return zUp ? Transform(Transform::Matrix{{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 0}, {0, 0, 0, 1}}})
+               : Transform();
+}
+
 } // namespace
 
 Groom ParseUsdFile(std::string_view text, const std::string &name) {
@@ -282,7 +304,9 @@ Groom ParseUsdFile(std::string_view text, const std::string &name) {
         throw Error(FileLoc{std::make_shared<const std::string>(name), 1, 1},
                     "this is not USD in its text form, which begins with #usda 1.0");
     UsdText layer(text, name);
-    const std::vector<UsdPrim> prims = ReadUsdLayer(layer, name);
+    const UsdLayer read = ReadUsdLayer(layer, name);
+    const std::vector<UsdPrim> &prims = read.prims;
+    const Transform toYUp = AxesAndUnits(read, layer, name);
     const auto isRendered = [&](size_t i) {
         if (!prims[i].curves || IsHiddenUsdPrim(prims, i))
             return false;
@@ -308,7 +332,7 @@ Groom ParseUsdFile(std::string_view text, const std::string &name) {
     Groom groom;
     groom.spline = allLinear ? StrandSpline::Linear : StrandSpline::Bezier;
     for (const size_t i : rendered)
-        CurvesBuilder(*prims[i].curves, UsdPrimToLayer(prims, i, name), layer, name, !allLinear)
+        CurvesBuilder(*prims[i].curves, toYUp * UsdPrimToLayer(prims, i, name), layer, name, !allLinear)
             .Build(&groom);
     Settle(name, &groom);
     return groom;

@@ -60,15 +60,30 @@ class LayerReader {
   public:
     LayerReader(UsdText &text, const std::string &name) : text_(text), name_(name) {}
 
-    std::vector<UsdPrim> Read() {
+    UsdLayer Read() {
+        UsdLayer layer;
         text_.Metadata([&](std::string_view key) {
             if (key == "subLayers")
                 WarnOfComposition("sublayers");
+            if (key == "upAxis") {
+                layer.upAxisAt = text_.At();
+                layer.upAxis = text_.OneString();
+                return true;
+            }
+            if (key == "metersPerUnit") {
+                const size_t at = text_.At();
+                const std::vector<double> number = text_.Numbers();
+                if (number.size() != 1 || !(number[0] > 0))
+                    text_.Fail(at, "metersPerUnit takes one number above 0");
+                layer.metersPerUnit = number[0];
+                return true;
+            }
             return false;
         });
         while (text_.Peek() != '\0')
             Statement(-1);
-        return std::move(prims_);
+        layer.prims = std::move(prims_);
+        return layer;
     }
 
   private:
@@ -116,10 +131,16 @@ class LayerReader {
         const size_t index = prims_.size();
         prims_.emplace_back();
         prims_[index].parent = parent;
-        prims_[index].hidden = specifier == "class";
+        prims_[index].hidden = specifier != "def";
         const size_t at = text_.At();
         const std::string_view type = text_.Word();
         text_.String();
+        if (type == "PointInstancer") {
+            prims_[index].hidden = true;
+            Warning("USD point instancers", name_ +
+                                                ": a PointInstancer is not rendered; what lies in it, which "
+                                                "is to be copied to its points, is left out");
+        }
         if (type == "BasisCurves") {
             prims_[index].curves = std::make_unique<CurvesPrim>();
             prims_[index].curves->at = at;
@@ -216,7 +237,7 @@ class LayerReader {
         } else if (property == "visibility") {
             prim.hidden |= text_.OneString() == "invisible";
         } else if (property == "purpose") {
-            prim.hidden |= text_.OneString() == "guide";
+            prim.purpose = text_.OneString();
         } else if (prim.curves && (property == "type" || property == "basis" || property == "wrap")) {
             CurvesPrim &c = *prim.curves;
             (property == "type" ? c.type : property == "basis" ? c.basis : c.wrap) = text_.OneString();
@@ -258,9 +279,7 @@ class LayerReader {
 
 } // namespace
 
-std::vector<UsdPrim> ReadUsdLayer(UsdText &text, const std::string &name) {
-    return LayerReader(text, name).Read();
-}
+UsdLayer ReadUsdLayer(UsdText &text, const std::string &name) { return LayerReader(text, name).Read(); }
 
 Transform UsdPrimToLayer(const std::vector<UsdPrim> &prims, size_t index, const std::string &name) {
     Transform all;
@@ -291,10 +310,15 @@ Transform UsdPrimToLayer(const std::vector<UsdPrim> &prims, size_t index, const 
 }
 
 bool IsHiddenUsdPrim(const std::vector<UsdPrim> &prims, size_t index) {
-    for (auto i = static_cast<ptrdiff_t>(index); i >= 0; i = prims[static_cast<size_t>(i)].parent)
-        if (prims[static_cast<size_t>(i)].hidden)
+    std::string_view purpose; // the nearest one that is given counts
+    for (auto i = static_cast<ptrdiff_t>(index); i >= 0; i = prims[static_cast<size_t>(i)].parent) {
+        const UsdPrim &prim = prims[static_cast<size_t>(i)];
+        if (prim.hidden)
             return true;
-    return false;
+        if (purpose.empty())
+            purpose = prim.purpose;
+    }
+    return purpose == "guide" || purpose == "proxy";
 }
 
 } // namespace cuticle

@@ -31,18 +31,28 @@ struct UsdPrim {
     ptrdiff_t parent = -1;
     std::map<std::string, Transform, std::less<>> operations;
     std::vector<std::string> order;
-    bool hidden = false;                // invisible, a guide, a class, or not active
+    bool hidden = false;                // invisible, a class, an over, not active, or in a point instancer
+    std::string purpose;                // as written; "": that of the prim above
     std::unique_ptr<CurvesPrim> curves; // of a BasisCurves prim
 };
 
-// Reads the prims of a layer, parents before their children; `name` stands in warnings. Throws Error at the
-// place of what cannot be read.
-std::vector<UsdPrim> ReadUsdLayer(UsdText &text, const std::string &name);
+// A layer: what it says of itself, and its prims, parents before their children.
+struct UsdLayer {
+    std::vector<UsdPrim> prims;
+    std::string upAxis = "Y"; // the schema's default
+    double metersPerUnit = 0; // 0: it does not say
+    size_t upAxisAt = 0;      // byte of the text
+};
+
+// Reads a layer; `name` stands in warnings. Throws Error at the place of what cannot be read.
+UsdLayer ReadUsdLayer(UsdText &text, const std::string &name);
 
 // Returns the way from a prim's coordinates to the layer's.
 Transform UsdPrimToLayer(const std::vector<UsdPrim> &prims, size_t index, const std::string &name);
 
-// Whether a prim or one above it is invisible, a guide, a class, or not active.
+// Whether a prim is nothing to be seen in a picture: it or one above it is invisible, a class, an over
+// without a definition, not active or a prototype of a point instancer, or its purpose, which it may have
+// from above, is "guide" or "proxy".
 bool IsHiddenUsdPrim(const std::vector<UsdPrim> &prims, size_t index);
 
 } // namespace cuticle

@@ -2,6 +2,7 @@
 #include "images/formats.h"
 
 #include "core/error.h"
+#include "files/gzip.h"
 
 #include <ImathBox.h>
 #include <OpenEXR/Iex.h>
@@ -18,6 +19,7 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
+#include <array>
 #include <climits>
 #include <cstring>
 #include <set>
@@ -94,9 +96,27 @@ void ReadAttributes(const Imf::Header &header, Image *image) {
     }
 }
 
-// OpenEXR allocates from the header's word alone, so sizes of attributes and the data window are judged
-// before it sees the file. A header is a list of name, type, size, value; what else may be wrong is left for
-// OpenEXR to complain about.
+// The lines of a chunk, by the header's number of its compression; 1 for a number that OpenEXR will refuse.
+int64_t LinesOfChunk(unsigned char compression) {
+    constexpr std::array<int64_t, 10> lines{1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+    return compression < lines.size() ? lines[compression] : 1;
+}
+
+// The channels in the value of the attribute "channels": names that end in NUL, 16 bytes after each.
+int64_t CountChannels(std::string_view list) {
+    int64_t count = 0;
+    for (size_t at = 0; at < list.size() && list[at] != 0; ++count) {
+        const size_t end = list.find('\0', at);
+        if (end == std::string_view::npos)
+            break;
+        at = end + 17;
+    }
+    return count;
+}
+
+// OpenEXR allocates from the header's word alone, so sizes of attributes, the data window, and the chunks
+// that it takes are judged before it sees the file. A header is a list of name, type, size, value; what else
+// may be wrong is left for OpenEXR to complain about.
 void CheckEXRHeader(const std::string &filename, const std::string &bytes) {
     size_t at = 8; // after magic number and version
     const auto text = [&] {
@@ -105,6 +125,8 @@ void CheckEXRHeader(const std::string &filename, const std::string &bytes) {
         at = end + 1;
         return s;
     };
+    int64_t width = 0, height = 0, channels = 1, lines = 1;
+    uint32_t tile[2] = {0, 0};
     while (at < bytes.size() && bytes[at] != 0) {
         const std::string name = text();
         text(); // the type
@@ -118,13 +140,45 @@ void CheckEXRHeader(const std::string &filename, const std::string &bytes) {
                       fmt::format("not a readable EXR file: an attribute of its header has {} bytes, "
                                   "more than the file (truncated or damaged)",
                                   size));
+        const char *value = bytes.data() + at;
         if (name == "dataWindow" && size == sizeof(window)) {
-            std::memcpy(window, bytes.data() + at, sizeof(window));
-            CheckImageSize(filename, int64_t{window[2]} - window[0] + 1, int64_t{window[3]} - window[1] + 1,
-                           1, bytes.size());
+            std::memcpy(window, value, sizeof(window));
+            width = int64_t{window[2]} - window[0] + 1, height = int64_t{window[3]} - window[1] + 1;
+        } else if (name == "channels") {
+            channels = CountChannels({value, static_cast<size_t>(size)});
+        } else if (name == "compression" && size == 1) {
+            lines = LinesOfChunk(static_cast<unsigned char>(*value));
+        } else if (name == "tiles" && size == 9) {
+            std::memcpy(tile, value, sizeof(tile));
         }
         at += static_cast<size_t>(size);
     }
+    if (width == 0 && height == 0)
+        return; // no data window: OpenEXR says so
+    // Each chunk has its place in a table and a head of its own; OpenEXR holds at least one chunk, or one row
+    // of tiles, unpacked
+    const bool isTiled = tile[0] > 0 && tile[1] > 0;
+    const int64_t chunkLines = isTiled ? int64_t{tile[1]} : lines;
+    const auto chunks = [](int64_t size, int64_t of) { return (size + of - 1) / of; };
+    const int64_t most = std::max<int64_t>(height, 0) + chunkLines;
+    if (width > 0 && height > 0 && width <= kMaxPixels && most <= kMaxPixels) {
+        const int64_t count = chunks(height, chunkLines) * (isTiled ? chunks(width, int64_t{tile[0]}) : 1);
+        if (static_cast<uint64_t>(count) * 16 > bytes.size())
+            FailImage(
+                filename,
+                fmt::format("not a readable EXR file: its {} pieces do not fit into {} bytes (truncated "
+                            "or damaged)",
+                            count, bytes.size()));
+        if (ExpandsTooFar(static_cast<uint64_t>(width * std::min(chunkLines, kMaxPixels / width)) *
+                              static_cast<uint64_t>(channels),
+                          bytes.size()))
+            FailImage(filename,
+                      fmt::format("not a readable EXR file: a piece of {} x {} pixels, which {} bytes "
+                                  "cannot hold (truncated or damaged)",
+                                  width, chunkLines, bytes.size()));
+    }
+    // What its codecs make of a byte is not bounded by anything that can be known here
+    CheckImageSize(filename, width, height, channels, bytes.size(), int64_t{1} << 14);
 }
 
 } // namespace
@@ -152,10 +206,9 @@ Image ReadEXR(const std::string &filename, const std::string &bytes, bool) {
         if (names.empty())
             FailImage(filename, "the file has no channels");
 
-        // Check the sizes in 64 bits before anything is allocated
+        // CheckEXRHeader has judged the size
         const auto extent = [](int low, int high) { return int64_t{high} - low + 1; };
         const int64_t width = extent(data.min.x, data.max.x), height = extent(data.min.y, data.max.y);
-        CheckImageSize(filename, width, height, static_cast<int64_t>(names.size()), bytes.size());
         const int64_t fullWidth = extent(display.min.x, display.max.x);
         const int64_t fullHeight = extent(display.min.y, display.max.y);
         const int64_t cropX = int64_t{data.min.x} - display.min.x,
@@ -165,7 +218,7 @@ Image ReadEXR(const std::string &filename, const std::string &bytes, bool) {
             FailImage(filename, "the display window makes no sense");
 
         // Read all channels as floats, interleaved; the base address is where pixel (0, 0) would be
-        Image image(static_cast<int>(width), static_cast<int>(height), names);
+        Image image = EmptyImage(filename, width, height, names);
         image.fullWidth = static_cast<int>(fullWidth), image.fullHeight = static_cast<int>(fullHeight);
         image.cropX = static_cast<int>(cropX), image.cropY = static_cast<int>(cropY);
         const size_t xStride = names.size() * sizeof(float), yStride = xStride * static_cast<size_t>(width);
@@ -174,7 +227,13 @@ Image ReadEXR(const std::string &filename, const std::string &bytes, bool) {
             frame.insert(names[c],
                          Imf::Slice::Make(Imf::FLOAT, image.data.data() + c, data, xStride, yStride));
         file.setFrameBuffer(frame);
-        file.readPixels(data.min.y, data.max.y);
+        // Some rows at a time: memory is written to as far as the file has rows for it
+        constexpr int64_t kRows = 256;
+        for (int64_t y = 0; y < height; y += kRows) {
+            const int64_t end = std::min(height, y + kRows);
+            image.data.resize(static_cast<size_t>(end * width) * names.size());
+            file.readPixels(static_cast<int>(data.min.y + y), static_cast<int>(data.min.y + end - 1));
+        }
         ReadAttributes(header, &image);
         return image;
     } catch (const Error &) {

@@ -31,26 +31,34 @@ inline constexpr int64_t kMaxPixels = int64_t{1} << 30;
 std::string Extension(const std::string &filename);
 
 // Refuses sizes that have no meaning, and sizes that so short a file cannot hold: a header of a few damaged
-// bytes must not ask for gigabytes. No format here packs more than 2^14 values into a byte except for
-// pictures of one colour, and those only from 2^22 values on are refused.
+// bytes must not ask for gigabytes. samplesPerByte: the most samples that a byte of the file's format can
+// stand for. Whatever the format, a picture that expands too far (files/gzip.h) is refused, a byte for a
+// sample.
 void CheckImageSize(const std::string &filename, int64_t width, int64_t height, int64_t channels,
-                    size_t fileBytes);
+                    size_t fileBytes, int64_t samplesPerByte);
+
+// deflate's most, for PNG and for what else packs by it: 258 bytes for two bits.
+inline constexpr int64_t kMostByDeflate = 1032;
 
 // The channels of a picture that has 1 to 4 and no names for them: Y, YA, RGB or RGBA.
 std::vector<std::string> ChannelNames(size_t n);
 
-// Makes an image from integer samples of 1 to 4 channels, interleaved, top row first. Alpha is never
+// Appends the value of each sample, 1 to 4 channels interleaved, beginning with the first. Alpha is never
 // sRGB-encoded.
 template <class Sample>
-Image FromIntegers(const Sample *samples, int width, int height, size_t channels, bool decodeSRGB) {
-    Image image(width, height, ChannelNames(channels));
+void AppendIntegers(const Sample *samples, size_t count, bool decodeSRGB, Image *image) {
     constexpr float largest = std::numeric_limits<Sample>::max();
-    for (size_t i = 0; i < image.data.size(); ++i) {
-        const size_t c = i % image.Channels();
+    const size_t channels = image->Channels();
+    const bool hasAlpha = image->channels.back() == "A";
+    for (size_t i = 0; i < count; ++i) {
         const float v = static_cast<float>(samples[i]) / largest;
-        image.data[i] = decodeSRGB && image.channels[c] != "A" ? SRGBToLinear(v) : v;
+        const bool isAlpha = hasAlpha && i % channels == channels - 1;
+        image->data.push_back(decodeSRGB && !isAlpha ? SRGBToLinear(v) : v);
     }
-    return image;
 }
+
+// Claims the memory of an image (core/memory_budget.h) and makes it, of this size, with room for its samples and none of them yet: memory that is never written to
+// costs nothing, so that a file that ends early takes what it has.
+Image EmptyImage(const std::string &filename, int64_t width, int64_t height, std::vector<std::string> channels);
 
 } // namespace cuticle

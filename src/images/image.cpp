@@ -1,7 +1,9 @@
 #include "images/image.h"
 
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "files/file.h"
+#include "files/gzip.h"
 #include "images/formats.h"
 
 #include <algorithm>
@@ -58,17 +60,35 @@ std::string Extension(const std::string &filename) {
 }
 
 void CheckImageSize(const std::string &filename, int64_t width, int64_t height, int64_t channels,
-                    size_t fileBytes) {
+                    size_t fileBytes, int64_t samplesPerByte) {
     if (width <= 0 || height <= 0)
         throw Error("\"{}\": the header gives a size of {} x {} pixels", filename, width, height);
     if (width > kMaxPixels || height > kMaxPixels || width * height > kMaxPixels)
         throw Error("\"{}\": the header gives {} x {} pixels, more than 2^30", filename, width, height);
-    const int64_t values = width * height * std::max<int64_t>(channels, 1);
-    if (values > (int64_t{1} << 22) && static_cast<uint64_t>(values) >> 14 > fileBytes)
+    const auto samples = static_cast<uint64_t>(width * height * std::max<int64_t>(channels, 1));
+    constexpr uint64_t kNoMatter = uint64_t{1} << 16; // so few are never refused for the file's length
+    if (samples > kNoMatter && samples / static_cast<uint64_t>(samplesPerByte) > fileBytes)
         throw Error(
             "\"{}\": the header gives {} x {} pixels, which a file of {} bytes cannot hold (truncated or "
             "damaged)",
             filename, width, height, fileBytes);
+    if (ExpandsTooFar(samples, fileBytes))
+        throw Error(
+            "\"{}\": {} x {} pixels of {} channels are more than {} times the file's {} bytes, as no honest "
+            "picture is",
+            filename, width, height, channels, kMaxExpansion, fileBytes);
+}
+
+Image EmptyImage(const std::string &filename, int64_t width, int64_t height,
+                 std::vector<std::string> channels) {
+    Image image(0, 0, std::move(channels));
+    image.width = image.fullWidth = static_cast<int>(width);
+    image.height = image.fullHeight = static_cast<int>(height);
+    const size_t samples = image.Pixels() * image.Channels();
+    ClaimMemory(fmt::format("the picture \"{}\" of {} x {} pixels", filename, width, height),
+                samples * sizeof(float));
+    image.data.reserve(samples);
+    return image;
 }
 
 std::vector<std::string> ChannelNames(size_t n) {

@@ -43,12 +43,13 @@ Image ReadPFM(const std::string &filename, const std::string &bytes, bool) {
         FailImage(filename, "the PFM header gives a scale of 0, which leaves the byte order open");
     ++at; // the white space before the pixels
     const int width = static_cast<int>(w), height = static_cast<int>(h);
-    CheckImageSize(filename, width, height, static_cast<int64_t>(channels), bytes.size());
+    CheckImageSize(filename, width, height, static_cast<int64_t>(channels), bytes.size(), 1);
     const size_t rows = static_cast<size_t>(height), rowValues = static_cast<size_t>(width) * channels;
     if (at > bytes.size() || (bytes.size() - at) / sizeof(float) < rows * rowValues)
         FailImage(filename, "the PFM file ends too early");
 
-    Image image(width, height, ChannelNames(channels));
+    Image image = EmptyImage(filename, width, height, ChannelNames(channels));
+    image.data.resize(rows * rowValues);
     const bool swap = (scale < 0) != (std::endian::native == std::endian::little);
     for (size_t y = 0; y < rows; ++y) {
         const char *row = bytes.data() + at + (rows - 1 - y) * rowValues * sizeof(float);

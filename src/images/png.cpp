@@ -75,10 +75,24 @@ bool StartPNGRows(PNGState *state) {
     return true;
 }
 
+bool ReadPNGRow(PNGState *state) {
+    if (setjmp(png_jmpbuf(state->png)))
+        return false;
+    png_read_row(state->png, state->pixels.data(), nullptr);
+    return true;
+}
+
+// Reads all rows into state->pixels; an interlaced picture comes in no other way.
 bool ReadPNGRows(PNGState *state) {
     if (setjmp(png_jmpbuf(state->png)))
         return false;
     png_read_image(state->png, state->rows.data());
+    return true;
+}
+
+bool EndPNGRows(PNGState *state) {
+    if (setjmp(png_jmpbuf(state->png)))
+        return false;
     png_read_end(state->png, nullptr);
     return true;
 }
@@ -113,22 +127,39 @@ Image ReadPNG(const std::string &filename, const std::string &bytes, bool decode
         throw std::bad_alloc();
     if (!ReadPNGHeader(&state))
         FailImage(filename, "not a readable PNG file: " + state.message);
-    CheckImageSize(filename, state.width, state.height, 1, bytes.size());
+    // The rows as they are stored, and what a palette or a grey of few bits expands to
+    const size_t storedRow = png_get_rowbytes(state.png, state.info);
+    CheckImageSize(filename, static_cast<int64_t>(storedRow), state.height, 1, bytes.size(), kMostByDeflate);
+    const bool isInterlaced = png_get_interlace_type(state.png, state.info) != PNG_INTERLACE_NONE;
     if (!StartPNGRows(&state))
         FailImage(filename, "not a readable PNG file: " + state.message);
-    const size_t rowBytes = png_get_rowbytes(state.png, state.info);
-    state.pixels.resize(rowBytes * state.height);
-    for (size_t y = 0; y < state.height; ++y)
-        state.rows.push_back(state.pixels.data() + y * rowBytes);
-    if (!ReadPNGRows(&state))
-        FailImage(filename, "not a readable PNG file: " + state.message);
+    CheckImageSize(filename, state.width, state.height, static_cast<int64_t>(state.channels), bytes.size(),
+                   kMostByDeflate * 32);
 
-    const int width = static_cast<int>(state.width), height = static_cast<int>(state.height);
-    if (state.bitDepth == 8)
-        return FromIntegers(state.pixels.data(), width, height, state.channels, decodeSRGB);
-    std::vector<uint16_t> samples(state.pixels.size() / 2);
-    std::memcpy(samples.data(), state.pixels.data(), samples.size() * 2);
-    return FromIntegers(samples.data(), width, height, state.channels, decodeSRGB);
+    Image image = EmptyImage(filename, state.width, state.height, ChannelNames(state.channels));
+    const size_t rowBytes = png_get_rowbytes(state.png, state.info);
+    std::vector<uint16_t> wide(state.bitDepth == 16 ? rowBytes / 2 : 0);
+    const auto append = [&](const png_byte *row) {
+        if (state.bitDepth == 8)
+            return AppendIntegers(row, rowBytes, decodeSRGB, &image);
+        std::memcpy(wide.data(), row, rowBytes);
+        AppendIntegers(wide.data(), wide.size(), decodeSRGB, &image);
+    };
+    state.pixels.resize(isInterlaced ? rowBytes * state.height : rowBytes);
+    if (isInterlaced) {
+        for (size_t y = 0; y < state.height; ++y)
+            state.rows.push_back(state.pixels.data() + y * rowBytes);
+        if (!ReadPNGRows(&state))
+            FailImage(filename, "not a readable PNG file: " + state.message);
+    }
+    for (size_t y = 0; y < state.height; ++y) {
+        if (!isInterlaced && !ReadPNGRow(&state))
+            FailImage(filename, "not a readable PNG file: " + state.message);
+        append(isInterlaced ? state.rows[y] : state.pixels.data());
+    }
+    if (!EndPNGRows(&state))
+        FailImage(filename, "not a readable PNG file: " + state.message);
+    return image;
 }
 
 std::string EncodePNG(const std::string &filename, const Image &image) {

@@ -95,7 +95,10 @@ Image ReadByStb(const std::string &filename, const std::string &bytes, bool deco
     StbInput head{bytes};
     if (bytes.empty() || !stbi_info_from_callbacks(&callbacks, &head, &width, &height, &channels))
         fail(head);
-    CheckImageSize(filename, width, height, channels, bytes.size());
+    // A JPEG's flat block of 8 x 8 takes a bit or two, a run in a TGA 128 pixels in two bytes, in an HDR 127
+    // of one channel
+    const bool isJPEG = bytes.starts_with("\xff\xd8"), isHDR = bytes.starts_with("#?");
+    CheckImageSize(filename, width, height, channels, bytes.size(), isJPEG ? 1024 : isHDR ? 64 : 256);
 
     StbInput in{bytes};
     StbInput probe{bytes};
@@ -104,15 +107,17 @@ Image ReadByStb(const std::string &filename, const std::string &bytes, bool deco
             stbi_loadf_from_callbacks(&callbacks, &in, &width, &height, &channels, 0), stbi_image_free);
         if (!pixels || in.overrun)
             fail(in);
-        Image image(width, height, ChannelNames(static_cast<size_t>(channels)));
-        std::copy_n(pixels.get(), image.data.size(), image.data.begin());
+        Image image = EmptyImage(filename, width, height, ChannelNames(static_cast<size_t>(channels)));
+        image.data.assign(pixels.get(), pixels.get() + image.Pixels() * image.Channels());
         return image;
     }
     const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels(
         stbi_load_from_callbacks(&callbacks, &in, &width, &height, &channels, 0), stbi_image_free);
     if (!pixels || in.overrun)
         fail(in);
-    return FromIntegers(pixels.get(), width, height, static_cast<size_t>(channels), decodeSRGB);
+    Image image = EmptyImage(filename, width, height, ChannelNames(static_cast<size_t>(channels)));
+    AppendIntegers(pixels.get(), image.Pixels() * image.Channels(), decodeSRGB, &image);
+    return image;
 }
 
 } // namespace cuticle

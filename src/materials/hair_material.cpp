@@ -160,7 +160,7 @@ void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
     maker_->Make(InputsAt(si), &bsdf->SetFiber());
 }
 FiberInputs HairMaterial::InputsAt(const SurfaceInteraction &si) const {
-    const TexturePoint point{si.p, si.uv, si.strandColors};
+    const TexturePoint point = TexturePointOf(si);
     FiberInputs at;
     at.eta = shape_.eta->Evaluate(point);
     at.betaM = shape_.betaM->Evaluate(point), at.betaN = shape_.betaN->Evaluate(point);

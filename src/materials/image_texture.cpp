@@ -1,4 +1,5 @@
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "materials/texture_makers.h"
 #include "materials/texture_mapping.h"
 
@@ -68,6 +69,8 @@ template <class T>
 std::shared_ptr<const Texels<T>> MakeTexels(const Image &image, bool gamma, float scale, const FileLoc &loc) {
     auto texels = std::make_shared<Texels<T>>();
     texels->width = image.width, texels->height = image.height;
+    ClaimMemory(fmt::format("the texels of a picture of {} x {}", image.width, image.height),
+                image.Pixels() * sizeof(T), loc);
     texels->values.reserve(static_cast<size_t>(image.width) * static_cast<size_t>(image.height));
     size_t bad = 0;
     for (int y = image.height - 1; y >= 0; --y)

@@ -21,6 +21,7 @@ struct TexturePoint {
     Point3f p;
     Point2f uv;
     const StrandColors *strandColors = nullptr;
+    float segmentU = 0; // where on that segment
 };
 
 // Some members are of solids (meshes and quadrics) or of curves only; the others are set for both.
@@ -31,7 +32,7 @@ struct SurfaceInteraction {
     Vector3f wo;                        // unit length, from p towards the ray's origin
     Frame shading;                      // x along dpdu (fibers: root to tip), z the shading normal
     Vector3f dpdu, dpdv;                // solids: for bump maps
-    Point2f uv;                         // curves: v across it, so that h = -1 + 2v
+    Point2f uv;                         // curves: u from root to tip, v across it, so that h = -1 + 2v
     float t = 0;                        // distance along the ray
     const Material *material = nullptr; // nullptr: pbrt's material "", which light passes
     int light = -1;                     // index of the emitter's light in the scene; -1: none
@@ -45,6 +46,8 @@ struct SurfaceInteraction {
 };
 
 // The point at which textures of a hit are looked up.
-inline TexturePoint TexturePointOf(const SurfaceInteraction &si) { return {si.p, si.uv, si.strandColors}; }
+inline TexturePoint TexturePointOf(const SurfaceInteraction &si) {
+    return {si.p, si.uv, si.strandColors, si.curveOrigin.u};
+}
 
 } // namespace cuticle

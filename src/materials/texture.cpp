@@ -78,7 +78,7 @@ class StrandColorTexture final : public Texture<T> {
         if (!point.strandColors)
             return elsewhere_->Evaluate(point);
         const auto &[first, last] = *point.strandColors;
-        const Spectrum color = first * (1 - point.uv.x) + last * point.uv.x;
+        const Spectrum color = first * (1 - point.segmentU) + last * point.segmentU;
         if constexpr (std::is_same_v<T, float>)
             return color.y();
         else

@@ -1,5 +1,7 @@
 #include "parser/curve_reader.h"
 
+#include "core/memory_budget.h"
+
 #include <algorithm>
 #include <array>
 #include <cfloat>
@@ -289,43 +291,50 @@ void CurveReader::Read(const ParamSet &params, const Token &word, int material) 
 // Looks at the current transformation once for all curves that follow under it.
 void CurveReader::UpdateTransform() {
     transformVersion_ = state_.TransformVersion();
-    const FileLoc loc = text_.lexer().Loc(text_.lexer().Cursor());
-    const Transform &t = state_.Current(loc);
-    isIdentity_ = t.IsIdentity();
-    scale_ = std::cbrt(std::abs(t.Determinant()));
-    // A similarity has columns of equal length at right angles to one another: A^T A = s^2 I.
-    const Transform::Matrix &m = t.M();
-    double worst = 0;
-    for (size_t i = 0; i < 3; ++i)
-        for (size_t j = 0; j < 3; ++j) {
-            const double dot = m[0][i] * m[0][j] + m[1][i] * m[1][j] + m[2][i] * m[2][j];
-            worst = std::max(worst, std::abs(dot - (i == j ? Sqr(scale_) : 0)));
-        }
-    // Twice the relative difference in length, since lengths are squared here.
-    if (worst > 0.002 * Sqr(scale_))
-        Warning(
-            loc, "curves scaled unevenly",
-            fmt::format("curves stand under a transformation that scales differently along different axes; "
-                        "their widths are scaled by the mean factor {:f}",
-                        scale_));
+    const Transform &t = state_.Current(text_.lexer().Loc(text_.lexer().Cursor()));
+    isUneven_ = t.ScalesUnevenly();
+    keepsPoints_ = isUneven_ || t.IsIdentity();
+    scale_ = isUneven_ ? 1 : std::cbrt(std::abs(t.Determinant()));
+    unevenNow_.reset();
 }
 
-// Brings control points into world space, double until the last step; false where one is out of range there.
-bool CurveReader::ToWorld(const std::vector<double> &P) {
+// Brings control points into the pool's space, double until the last step; false where one is out of range
+// there or in the world.
+bool CurveReader::ToPool(const std::vector<double> &P) {
     points_.resize(P.size() / 3);
-    if (isIdentity_) {
-        for (size_t i = 0; i < points_.size(); ++i)
-            points_[i] = Point3f(Vector3d(P[3 * i], P[3 * i + 1], P[3 * i + 2]));
-    } else {
-        const Transform::Matrix &m = state_.AtStart().M();
-        for (size_t i = 0; i < points_.size(); ++i) {
-            const double x = P[3 * i], y = P[3 * i + 1], z = P[3 * i + 2];
+    const Transform::Matrix &m = state_.AtStart().M();
+    bool reached = true;
+    for (size_t i = 0; i < points_.size(); ++i) {
+        const double x = P[3 * i], y = P[3 * i + 1], z = P[3 * i + 2];
+        if (keepsPoints_)
+            points_[i] = Point3f(Vector3d(x, y, z));
+        if (!keepsPoints_ || isUneven_) {
             const auto row = [&](size_t r) { return m[r][0] * x + m[r][1] * y + m[r][2] * z + m[r][3]; };
-            const double w = row(3);
-            points_[i] = Point3f(Vector3d(row(0), row(1), row(2)) / w);
+            const Point3f inWorld(Vector3d(row(0), row(1), row(2)) / row(3));
+            if (!keepsPoints_)
+                points_[i] = inWorld;
+            reached = reached && IsWithinReach(inWorld);
         }
+        reached = reached && IsWithinReach(points_[i]);
     }
-    return std::all_of(points_.begin(), points_.end(), [](const Point3f &p) { return IsWithinReach(p); });
+    return reached;
+}
+
+// Where the curves under the current transformation are kept.
+CurvePool *CurveReader::Pool() {
+    ObjectDefinition *object =
+        state_.InObject() ? &scene_.objects[static_cast<size_t>(state_.object)] : nullptr;
+    if (!isUneven_)
+        return object ? &object->curves : &scene_.curves;
+    std::vector<UnevenCurves> &uneven = object ? object->unevenCurves : scene_.unevenCurves;
+    if (!unevenNow_ || unevenNow_->first != state_.object) {
+        const Transform &t = state_.AtStart();
+        const auto [at, isNew] = unevenAt_.try_emplace({state_.object, t.M()}, uneven.size());
+        if (isNew)
+            uneven.push_back({t, {}});
+        unevenNow_.emplace(state_.object, at->second);
+    }
+    return &uneven[unevenNow_->second].curves;
 }
 
 // Puts the curve into the pool as segments; both readers end here. On a refusal the pool is as it was.
@@ -339,23 +348,37 @@ bool CurveReader::Emit(const CurveStatement &c, std::string *error) {
         return refuse("points and normals have three coordinates each");
     if (transformVersion_ != state_.TransformVersion())
         UpdateTransform();
-    if (!ToWorld(c.P))
+    if (!ToPool(c.P))
         return refuse("a control point is out of range after the transformation (beyond 1e18)");
     const auto w0 = static_cast<float>((c.hasWidth0 ? c.width0 : c.hasWidth ? c.width : 1) * scale_);
     const auto w1 = static_cast<float>((c.hasWidth1 ? c.width1 : c.hasWidth ? c.width : 1) * scale_);
 
-    CurvePool *pool =
-        state_.InObject() ? &scene_.objects[static_cast<size_t>(state_.object)].curves : &scene_.curves;
+    CurvePool *pool = Pool();
     const uint32_t group = GroupIndex({c.type, state_.StateOfShape(c.material), {}}, c.begin);
-    MakeRoom(pool);
+    if (!isUneven_ || pool->segments.size() >= 1024) // of uneven curves there may be many small pools
+        MakeRoom(pool);
     ++text_.Curves();
+    const size_t first = pool->segments.size();
+    if (!Append(c, w0, w1, group, pool, error))
+        return false;
+    // A statement is a strand: textures see u from its root to its tip
+    const size_t count = pool->segments.size() - first;
+    for (size_t i = 0; i < count; ++i)
+        pool->segments[first + i].part = StrandPart::Of(i, count);
+    return true;
+}
+
+bool CurveReader::Append(const CurveStatement &c, float width0, float width1, uint32_t group, CurvePool *pool,
+                         std::string *error) {
     if (c.type != CurveType::Ribbon)
-        return AppendCurve(points_.data(), points_.size(), c.basis, c.degree, w0, w1, group, &pool->segments,
-                           error);
+        return AppendCurve(points_.data(), points_.size(), c.basis, c.degree, width0, width1, group,
+                           &pool->segments, error);
     normals_.resize(c.N.size() / 3);
-    for (size_t i = 0; i < normals_.size(); ++i)
-        normals_[i] = state_.AtStart().Normal(Normal3f(Vector3d(c.N[3 * i], c.N[3 * i + 1], c.N[3 * i + 2])));
-    return AppendRibbon(points_.data(), points_.size(), c.basis, c.degree, w0, w1, normals_.data(),
+    for (size_t i = 0; i < normals_.size(); ++i) {
+        const Normal3f n(Vector3d(c.N[3 * i], c.N[3 * i + 1], c.N[3 * i + 2]));
+        normals_[i] = keepsPoints_ ? n : state_.AtStart().Normal(n);
+    }
+    return AppendRibbon(points_.data(), points_.size(), c.basis, c.degree, width0, width1, normals_.data(),
                         normals_.size(), group, &pool->segments, &pool->ribbonNormals, error);
 }
 
@@ -392,6 +415,10 @@ void CurveReader::MakeRoom(CurvePool *pool) {
     const double left = static_cast<double>(lexer.Source().End() - lexer.Cursor());
     const double forecast = 1.02 * static_cast<double>(text_.Curves()) * left / read;
     const double size = static_cast<double>(s.size());
+    if (MemoryIsLimited())
+        ClaimMemory(fmt::format("curve segments, of which {} are read", s.size()),
+                    (s.size() - pool->claimed) * sizeof(CurveSegment), lexer.Loc(lexer.Cursor()));
+    pool->claimed = s.size();
     s.reserve(s.size() + static_cast<size_t>(std::clamp(forecast, size / 4 + 64, 8 * size + 1024)) + 64);
 }
 
@@ -401,8 +428,13 @@ void CurveReader::Finish() {
             pool->segments.shrink_to_fit();
     };
     trim(&scene_.curves);
-    for (ObjectDefinition &o : scene_.objects)
+    for (UnevenCurves &c : scene_.unevenCurves)
+        trim(&c.curves);
+    for (ObjectDefinition &o : scene_.objects) {
         trim(&o.curves);
+        for (UnevenCurves &c : o.unevenCurves)
+            trim(&c.curves);
+    }
 }
 
 } // namespace cuticle

@@ -6,8 +6,11 @@
 #include "shapes/curve.h"
 
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace cuticle {
@@ -45,7 +48,10 @@ class CurveReader {
   private:
     void UpdateTransform();
     bool Emit(const CurveStatement &c, std::string *error);
-    bool ToWorld(const std::vector<double> &P);
+    bool Append(const CurveStatement &c, float width0, float width1, uint32_t group, CurvePool *pool,
+                std::string *error);
+    bool ToPool(const std::vector<double> &P);
+    CurvePool *Pool();
     uint32_t GroupIndex(const CurveGroup &group, const char *at);
     void MakeRoom(CurvePool *pool);
 
@@ -55,8 +61,14 @@ class CurveReader {
 
     // The current transformation as curves need it, computed when the first one meets it.
     uint64_t transformVersion_ = 0;
-    bool isIdentity_ = true;
+    bool keepsPoints_ = true; // curves stay in their own coordinates
+    bool isUneven_ = false;
     double scale_ = 1;
+
+    // The uneven curves of the world and of objects, by object (-1: the world) and transformation; and those
+    // of the current one, once they are looked up.
+    std::map<std::pair<int, Transform::Matrix>, size_t> unevenAt_;
+    std::optional<std::pair<int, size_t>> unevenNow_;
 
     // Used again for each statement.
     CurveStatement statement_;

@@ -65,11 +65,19 @@ struct CurveGroup {
     FileLoc loc; // of the statement that opened the group
 };
 
-// The curves of a scene, already Bezier segments in world (or object-definition) space.
+// Curves, already Bezier segments, in world (or object-definition) space or in one of their own.
 struct CurvePool {
     std::vector<CurveSegment> segments;
     // Ribbon normals, by segment index (ribbons are rare).
     std::unordered_map<uint32_t, RibbonNormals> ribbonNormals;
+    size_t claimed = 0; // segments whose memory has been claimed while they were read
+};
+
+// Curves under a transformation that scales unevenly. They stay in their own coordinates, where their widths
+// are what the scene says, and rays are brought there, as pbrt-v3 does.
+struct UnevenCurves {
+    Transform toParent; // to the world, or to the object that they belong to
+    CurvePool curves;
 };
 
 // An object's shapes and curves, in the coordinates of the current transformation at the place of use.
@@ -78,6 +86,7 @@ struct ObjectDefinition {
     FileLoc loc;
     std::vector<ShapeEntity> shapes;
     CurvePool curves;
+    std::vector<UnevenCurves> unevenCurves;
 };
 
 struct ObjectUse {
@@ -97,6 +106,7 @@ struct SceneDescription {
     std::vector<ShapeEntity> shapes;
     std::vector<CurveGroup> curveGroups;
     CurvePool curves;
+    std::vector<UnevenCurves> unevenCurves;
     std::vector<ObjectDefinition> objects;
     std::vector<ObjectUse> instances;
     size_t bytesRead = 0; // of scene text, decompressed

@@ -17,11 +17,6 @@ namespace cuticle {
 
 namespace {
 
-// Unpacked gzip text beyond this many bytes is refused where it is also more than kGzipMaxRatio times its
-// packed size: numbers as text pack 2 to 20 times, only text made to do harm packs better.
-constexpr size_t kGzipGrace = size_t(256) << 20;
-constexpr size_t kGzipMaxRatio = 200;
-
 // Unpacks gzip data. fail: throws, given what is wrong with the file.
 std::string Unpack(std::string_view packed, const std::function<void(const std::string &)> &fail) {
     // The last four bytes hold the size modulo 2^32: a guess, not a promise.
@@ -50,9 +45,6 @@ std::string Unpack(std::string_view packed, const std::function<void(const std::
         if (std::memchr(out.data() + size, 0, got))
             fail("unpacks to binary data, not to scene text");
         size += got;
-        if (size > kGzipGrace && size / kGzipMaxRatio > packed.size())
-            fail(fmt::format("unpacks to more than {} times its size, which no scene text does",
-                             kGzipMaxRatio));
     }
     out.resize(size);
     return out;

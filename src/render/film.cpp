@@ -1,6 +1,7 @@
 #include "render/film.h"
 
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "render/plugins.h"
 
 #include <algorithm>
@@ -66,6 +67,23 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
     pixels_.resize(static_cast<size_t>(size.x) * static_cast<size_t>(size.y));
     if (options.variance)
         squares_.resize(pixels_.size());
+}
+
+void ClaimFilm(const Entity &entity, const FilmOptions &options) {
+    const ParamSet &p = entity.params;
+    const Point2i size{p.FindInt("xresolution", 1280), p.FindInt("yresolution", 720)};
+    double pixels = double{1} * std::max(size.x, 0) * std::max(size.y, 0) / (options.quick ? 16 : 1);
+    std::array<float, 4> crop{0, 1, 0, 1};
+    if (const std::vector<float> given = p.FindFloats("cropwindow"); given.size() == 4)
+        std::copy(given.begin(), given.end(), crop.begin());
+    if (options.crop)
+        crop = *options.crop;
+    for (size_t i = 0; i < 4; i += 2)
+        pixels *= std::abs(std::clamp(crop[i + 1], 0.f, 1.f) - std::clamp(crop[i], 0.f, 1.f));
+    const double each = options.variance ? 136 : 56;
+    ClaimMemory(
+        fmt::format("the film of {} x {} pixels{}", size.x, size.y, options.variance ? " with variance" : ""),
+        static_cast<uint64_t>(std::min(pixels * each, 1e18)), p.loc);
 }
 
 // Finds the window of a crop in fractions of the picture, x0 x1 y0 y1. Throws Error where it holds no pixel.

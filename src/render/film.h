@@ -94,4 +94,8 @@ class Film {
     std::vector<Squares> squares_;     // the sums of squares; empty where no variance is asked for
 };
 
+// Claims the memory of a film (core/memory_budget.h) before it is made, and before a scene is built for it. A
+// crop window counts by its share of the picture.
+void ClaimFilm(const Entity &entity, const FilmOptions &options);
+
 } // namespace cuticle

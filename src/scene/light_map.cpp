@@ -1,6 +1,7 @@
 #include "scene/light_map.h"
 
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "images/image.h"
 #include "scene/light_makers.h"
 
@@ -31,6 +32,9 @@ LightMap::LightMap(const ParamSet &params, const Spectrum &scale, Border border)
     if (image.width < 1 || image.height < 1 || image.width > kMaxSize || image.height > kMaxSize)
         throw Error(loc, "{}: {} x {} pixels are no map of a light", filename, image.width, image.height);
     width_ = static_cast<size_t>(image.width), height_ = static_cast<size_t>(image.height);
+    ClaimMemory(fmt::format("the light's map of {} x {}", width_, height_),
+                width_ * height_ * (sizeof(Spectrum) + 2 * sizeof(float)),
+                loc); // with the table to sample it
     texels_.reserve(width_ * height_);
     size_t bad = 0;
     for (int y = 0; y < image.height; ++y)

@@ -85,7 +85,7 @@ void Scene::Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupH
         si->p = s.p;
         si->pError = {s.pError, s.pError, s.pError};
         si->n = s.n;
-        si->uv = s.uv;
+        si->uv = {segment.part.AlongStrand(s.uv.x), s.uv.y};
         si->shading = {s.tangent, Cross(s.n, s.tangent), s.n};
         DCHECK_LT(segment.group, curveMaterials_.size());
         si->material = curveMaterials_[segment.group];

@@ -64,8 +64,8 @@ class Scene {
     float AreaLightPdf(const Point3f &ref, const SurfaceInteraction &si) const;
 
     Bounds3f WorldBound() const;
-    size_t Curves() const; // segments that are stored: of an object that is instanced, once
-    size_t Instances() const;
+    size_t Curves() const;      // segments that are stored: of an object that is instanced, once
+    size_t Instances() const;   // curves under a transformation that scales unevenly are instances too
     size_t MemoryBytes() const; // shapes and accelerators
     const char *Isa() const;    // the instruction set that the curve kernels use
 

@@ -2,9 +2,11 @@
 
 #include "core/check.h"
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "grooms/groom.h"
 #include "scene/plugins.h"
 #include "scene/shape_makers.h"
+#include "shapes/curve.h"
 #include "shapes/strand_normals.h"
 
 #include <algorithm>
@@ -35,15 +37,16 @@ class SceneBuilder {
         for (const MaterialEntity &entity : description_.materials)
             scene_.materials_.push_back(
                 MakeMaterial(entity, textures_, options_.materials, scene_.materials_));
-        CurvePool curves = std::move(description_.curves);
+        Shapes world{
+            &scene_.world_, std::move(description_.curves), std::move(description_.unevenCurves), {}};
         for (const ShapeEntity &shape : description_.shapes)
-            AddShape(shape, &scene_.world_, &curves);
-        std::vector<CurvePool> objectCurves = AddObjects();
+            AddShape(shape, &world);
+        AddObjects();
         ListCurveGroups();
-        FinishShapes(std::move(curves), &scene_.world_);
-        for (size_t i = 0; i < objectCurves.size(); ++i)
-            FinishShapes(std::move(objectCurves[i]), scene_.objects_[i].get());
-        PlaceInstances();
+        Finish(&world);
+        for (Shapes &object : objects_)
+            Finish(&object);
+        PlaceInstances(world);
         MakeLights();
     }
 
@@ -52,36 +55,52 @@ class SceneBuilder {
         return At(scene_.materials_, state.material).get();
     }
 
-    // Adds the solids of each object that is used, once, and returns the objects' curves.
-    std::vector<CurvePool> AddObjects() {
-        std::vector<CurvePool> curves;
-        objectShapes_.resize(description_.objects.size());
+    // What belongs to the world, or to one object, until its accelerators are built.
+    struct Shapes {
+        ShapeGroup *group;
+        CurvePool curves;
+        std::vector<UnevenCurves> uneven;
+        // The uneven curves once they are built, each with its way to this one's coordinates
+        std::vector<std::pair<const ShapeGroup *, Transform>> unevenGroups;
+    };
+
+    // Adds the solids and strands of each object that is used, once.
+    void AddObjects() {
+        shapesOf_.assign(description_.objects.size(), SIZE_MAX);
         for (const ObjectUse &use : description_.instances) {
-            ShapeGroup *&shapes = At(objectShapes_, use.object);
-            if (shapes)
+            size_t &shapes = At(shapesOf_, use.object);
+            if (shapes != SIZE_MAX)
                 continue;
+            shapes = objects_.size();
             scene_.objects_.push_back(std::make_unique<ShapeGroup>());
-            shapes = scene_.objects_.back().get();
             ObjectDefinition &object = At(description_.objects, use.object);
-            curves.push_back(std::move(object.curves));
+            objects_.push_back(
+                {scene_.objects_.back().get(), std::move(object.curves), std::move(object.unevenCurves), {}});
             for (const ShapeEntity &shape : object.shapes)
-                AddShape(shape, shapes, &curves.back());
+                AddShape(shape, &objects_.back());
         }
-        return curves;
     }
 
-    void PlaceInstances() {
+    // Uneven curves are instances of their own, of the world or of each use of their object.
+    void PlaceInstances(const Shapes &world) {
+        const auto place = [&](const ShapeGroup *group, const Transform &toWorld) {
+            scene_.instances_.Add(toWorld, group->Bound());
+            scene_.objectOf_.push_back(group);
+        };
         for (const ObjectUse &use : description_.instances) {
             const PlaceScope here(use.loc);
-            const ShapeGroup *shapes = At(objectShapes_, use.object);
-            scene_.instances_.Add(use.instanceToWorld, shapes->Bound());
-            scene_.objectOf_.push_back(shapes);
+            const Shapes &shapes = objects_[At(shapesOf_, use.object)];
+            place(shapes.group, use.instanceToWorld);
+            for (const auto &[group, toObject] : shapes.unevenGroups)
+                place(group, use.instanceToWorld * toObject);
         }
+        for (const auto &[group, toWorld] : world.unevenGroups)
+            place(group, toWorld);
         scene_.instances_.Commit();
         description_.objects.clear();
     }
 
-    void AddShape(const ShapeEntity &shape, ShapeGroup *shapes, CurvePool *curves) {
+    void AddShape(const ShapeEntity &shape, Shapes *shapes) {
         const PlaceScope here(shape.params.loc);
         const PluginRow<ShapeMaker> *row = FindShape(shape.type);
         if (!row || shape.type == "curve") {
@@ -90,11 +109,11 @@ class SceneBuilder {
                 .WithRemedy(Suggestion(shape.type, names.data(), names.size()));
         }
         if (const auto *makeStrands = std::get_if<StrandMaker>(&row->make))
-            AddStrands(shape, (*makeStrands)(shape.params), curves);
+            AddStrands(shape, (*makeStrands)(shape.params), shapes);
         else if (std::holds_alternative<std::monostate>(row->make))
             LeaveOut(shape, row->info.standIn);
         else
-            AddSolid(shape, *row, shapes);
+            AddSolid(shape, *row, shapes->group);
         shape.params.ReportUnused(fmt::format("Shape \"{}\"", shape.type));
     }
 
@@ -128,6 +147,10 @@ class SceneBuilder {
                      uint32_t id) const {
         const Transform &toWorld = shape.objectToWorld;
         TriangleMesh mesh = std::get<MeshMaker>(row.make)(shape);
+        // Embree's tree took 60 to 110 bytes a triangle
+        ClaimMemory(fmt::format("a mesh of {} triangles", mesh.indices.size() / 3),
+                    mesh.p.size() * sizeof(Point3f) + mesh.n.size() * sizeof(Normal3f) +
+                        mesh.uv.size() * sizeof(Point2f) + mesh.indices.size() / 3 * (12 + 110));
         for (Point3f &v : mesh.p)
             v = toWorld.Point(v);
         for (Normal3f &n : mesh.n)
@@ -150,18 +173,29 @@ class SceneBuilder {
         };
     }
 
-    // Turns strands into curve segments of a group of their own.
-    void AddStrands(const ShapeEntity &shape, const StrandShape &strands, CurvePool *curves) {
+    void AddStrands(const ShapeEntity &shape, const StrandShape &strands, Shapes *shapes) {
         if (!MaterialOf(shape.state))
             return;
+        ForEachPlacement(strands.groom, [&](const StrandRange &range, const Transform *toGroom) {
+            const Transform toWorld = toGroom ? shape.objectToWorld * *toGroom : shape.objectToWorld;
+            if (!toWorld.ScalesUnevenly())
+                return AddStrands(shape, strands, range, toWorld, &shapes->curves);
+            shapes->uneven.push_back({toWorld, {}});
+            AddStrands(shape, strands, range, Transform(), &shapes->uneven.back().curves);
+        });
+    }
+
+    // Turns strands into curve segments of a group of their own.
+    void AddStrands(const ShapeEntity &shape, const StrandShape &strands, const StrandRange &range,
+                    const Transform &toPool, CurvePool *curves) {
         const Groom &groom = strands.groom;
-        const Transform &toWorld = shape.objectToWorld;
         const float widthScale =
-            static_cast<float>(std::cbrt(std::abs(toWorld.Determinant()))) * strands.widthScale;
+            static_cast<float>(std::cbrt(std::abs(toPool.Determinant()))) * strands.widthScale;
         const auto group = static_cast<uint32_t>(description_.curveGroups.size());
         description_.curveGroups.push_back({CurveType::Flat, shape.state, shape.params.loc});
         std::vector<CurveSegment> &segments = curves->segments;
-        const size_t added = ExpectedSegments(groom, strands.segments), needed = segments.size() + added;
+        const size_t added = ExpectedSegments(groom, range, strands.segments),
+                     needed = segments.size() + added;
         CheckSegmentCount(needed);
         if (needed > segments.capacity()) // exact for one groom, geometric for many
             segments.reserve(std::max(needed, segments.size() + segments.size() / 2));
@@ -173,15 +207,16 @@ class SceneBuilder {
             else
                 colors->colors.reserve(added);
         }
-        ForEachSegment(groom, strands.segments, [&](const BezierSegment &piece, size_t strand) {
+        ForEachSegment(groom, range, strands.segments, [&](const BezierSegment &piece, size_t strand) {
             CurveSegment segment;
             for (size_t i = 0; i < 4; ++i)
-                if (segment.cp[i] = toWorld.Point(piece.cp[i]); !IsWithinReach(segment.cp[i]))
+                if (segment.cp[i] = toPool.Point(piece.cp[i]); !IsWithinReach(segment.cp[i]))
                     throw Error(shape.params.loc, "a strand is out of range after the transformation: its "
                                                   "coordinates are beyond 1e18 or not finite");
             for (size_t i = 0; i < 2; ++i)
                 segment.width[i] = piece.width[i] * widthScale;
             segment.group = group;
+            segment.part = StrandPart::Of(piece.index, piece.count);
             segments.push_back(segment);
             if (!groom.pointColors.empty())
                 colors->colors.push_back(
@@ -235,6 +270,19 @@ class SceneBuilder {
                     giants, std::max(giant->width[0], giant->width[1]), extent);
     }
 
+    void Finish(Shapes *shapes) {
+        FinishShapes(std::move(shapes->curves), shapes->group);
+        for (UnevenCurves &uneven : shapes->uneven) {
+            if (uneven.curves.segments.empty())
+                continue;
+            CHECK_LT(uneven.curves.segments[0].group, description_.curveGroups.size());
+            const PlaceScope here(description_.curveGroups[uneven.curves.segments[0].group].loc);
+            scene_.objects_.push_back(std::make_unique<ShapeGroup>());
+            FinishShapes(std::move(uneven.curves), scene_.objects_.back().get());
+            shapes->unevenGroups.emplace_back(scene_.objects_.back().get(), uneven.toParent);
+        }
+    }
+
     // Builds the accelerators of a group whose shapes are complete.
     void FinishShapes(CurvePool curves, ShapeGroup *shapes) {
         RefuseGiantWidths(curves.segments);
@@ -249,17 +297,52 @@ class SceneBuilder {
         shapes->haveCurves = !curves.segments.empty();
         if (!shapes->haveCurves)
             return;
+        ClaimCurves(curves);
         if (options_.binaryCurves) {
             shapes->binaryCurves.emplace(std::move(curves.segments), curveTypes_, curves.ribbonNormals);
             return;
         }
         shapes->curves = CurveSet(std::move(curves.segments), curveTypes_, curves.ribbonNormals);
-        if (const size_t dropped = shapes->curves.DroppedSegments())
-            Warning("curves that cannot be met",
-                    fmt::format(
-                        "{} curve segments have points that are not finite, or no width, and are left out of "
-                        "the picture",
-                        dropped));
+        if (shapes->curves.DroppedSegments() > 0)
+            WarnOfDropped(shapes->curves);
+    }
+
+    // Claims what a curve set takes while it is built: the segments twice, four or eight references of 32
+    // bytes to each, and the tree; the last were measured.
+    void ClaimCurves(const CurvePool &curves) const {
+        const size_t n = curves.segments.size();
+        CHECK_LT(curves.segments[0].group, description_.curveGroups.size());
+        const size_t each = n > (size_t{1} << 19) ? 64 + 128 + 160 : 64 + 256 + 255;
+        ClaimMemory(fmt::format("{} curve segments and their tree", n),
+                    n * (each + sizeof(CurveSegment)) - std::min(n, curves.claimed) * sizeof(CurveSegment),
+                    description_.curveGroups[curves.segments[0].group].loc);
+    }
+
+    // Says why segments are left out of the picture, and where one of them stands.
+    void WarnOfDropped(const CurveSet &curves) const {
+        struct Kind {
+            const char *name, *what;
+            size_t count = 0;
+            uint32_t group = 0;
+        } kinds[] = {
+            {"curves of length zero", "of length zero: all their points are one"},
+            {"curves without width", "without width"},
+            {"curves out of range", "out of range: a point or width of theirs is beyond 1e18 or not finite"}};
+        for (uint32_t i = 0; i < curves.SegmentCount(); ++i) {
+            const CurveSegment &s = curves.Segment(i);
+            if (IsUsable(s))
+                continue;
+            const bool isPoint = s.cp[0] == s.cp[1] && s.cp[0] == s.cp[2] && s.cp[0] == s.cp[3];
+            const float width = std::max(s.width[0], s.width[1]);
+            Kind &kind = kinds[isPoint ? 0 : width <= 0 ? 1 : 2];
+            if (kind.count++ == 0)
+                kind.group = s.group;
+        }
+        for (const Kind &kind : kinds)
+            if (kind.count > 0)
+                Warning(At(description_.curveGroups, static_cast<int>(kind.group)).loc, kind.name,
+                        fmt::format("{} curve segments are {}; they are left out of the picture", kind.count,
+                                    kind.what));
     }
 
     void WarnOfAbsentStrandColors() const {
@@ -306,7 +389,8 @@ class SceneBuilder {
     SceneDescription &description_;
     const SceneOptions &options_;
     TextureTable textures_;
-    std::vector<ShapeGroup *> objectShapes_; // by object; null: the object is never used
+    std::vector<Shapes> objects_;  // those that are used
+    std::vector<size_t> shapesOf_; // by object, its index there; SIZE_MAX: it is never used
     std::vector<CurveType> curveTypes_;
     bool anyHidden_ = false, wantsStrandNormals_ = false;
     std::vector<Emitter> emitters_;

@@ -192,7 +192,10 @@ StrandShape MakeHairFile(const ParamSet &p) {
     const float width = p.FindFloat("width", 0);
     if (p.Find("width") && !(width > 0))
         throw Error(p.loc, "\"width\" must be positive; without it the file's widths are used");
-    made.groom = ReadGroomFile(RequiredFilename(p), width);
+    const int pointsPerStrand = p.FindInt("pointsperstrand", 0);
+    if (p.Find("pointsperstrand") && pointsPerStrand < 2)
+        throw Error(p.loc, "\"pointsperstrand\" must be at least 2, not {}", pointsPerStrand);
+    made.groom = ReadGroomFile(RequiredFilename(p), {width, static_cast<size_t>(pointsPerStrand)});
     if (const std::string name = p.FindString("spline", ""); !name.empty()) {
         options.spline = StrandSplineByName(name);
         if (!options.spline)
@@ -289,7 +292,8 @@ constexpr ParamInfo kHyperboloidParams[] = {
     kPhiMax,
 };
 constexpr ParamInfo kHairFileParams[] = {
-    {"filename", "string", "", "", "a .hair, .tfx or .usda file, from the folder of the scene"},
+    {"filename", "string", "", "", "a .hair, .tfx, .usda or .ply file, from the folder of the scene"},
+    {"pointsperstrand", "integer", "", "100", "points of a .ply file that make a strand", 2},
     {"width", "float", kLengths, "the file's", "diameter of all strands", 0},
     {"widthscale", "float", "", "1", "factor on all widths"},
     {"segments", "integer", "", "0", "curve segments a strand, resampled; 0: as the file has them", 0,

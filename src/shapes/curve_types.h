@@ -3,6 +3,7 @@
 
 #include "core/vecmath.h"
 
+#include <cstdint>
 #include <vector>
 
 namespace cuticle {
@@ -10,12 +11,28 @@ namespace cuticle {
 // Flat always faces the ray, Ribbon has its own normals, Cylinder is flat for intersection but shaded round.
 enum class CurveType : uint8_t { Flat, Cylinder, Ribbon };
 
+// Says which part of its strand a segment is: the one with this number, from the root, of `count` that are
+// alike. Strands of more than 65535 segments are counted coarsely.
+struct StrandPart {
+    uint16_t index = 0, count = 1;
+
+    static StrandPart Of(size_t index, size_t count) {
+        constexpr size_t most = UINT16_MAX;
+        if (count > most)
+            index = index * most / count, count = most;
+        return {static_cast<uint16_t>(index), static_cast<uint16_t>(count)};
+    }
+    // Turns u along the segment into u along the strand: 0 at its root, 1 at its tip.
+    float AlongStrand(float u) const { return (static_cast<float>(index) + u) / static_cast<float>(count); }
+};
+
 // One cubic Bezier segment in world space. Widths are full widths (diameters) at u = 0 and 1, linear between.
 // group: index into the scene's curve groups (type, material, light).
 struct CurveSegment {
     Point3f cp[4];
     float width[2];
     uint32_t group = 0;
+    StrandPart part;
 };
 
 // The normals of a ribbon at u = 0 and u = 1.

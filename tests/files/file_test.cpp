@@ -155,6 +155,23 @@ TEST_F(GzipTest, DamageIsAnError) {
               std::string::npos);
 }
 
+// A bomb is refused soon after what anything may grow to, and text that packs well below it is not.
+TEST_F(GzipTest, WhatExpandsTooFarIsRefused) {
+    const std::string zeros = Gzip(std::string(uint64_t{300} << 20, '\0'));
+    GzipReader reader(zeros);
+    std::vector<char> to(size_t{1} << 20);
+    uint64_t read = 0;
+    const std::string message = MessageOf([&] {
+        for (size_t n = 1; n > 0; read += n)
+            n = reader.Read(to.data(), to.size());
+    });
+    EXPECT_NE(message.find("unpacks to more than 200 times its size"), std::string::npos) << message;
+    EXPECT_GE(read, kFreeExpansion - (uint64_t{1} << 20));
+    EXPECT_LE(read, kFreeExpansion + (uint64_t{1} << 20));
+    EXPECT_EQ(All(GzipReader(Gzip(std::string(5000000, ' '))), 1 << 20).size(), 5000000u)
+        << "a thousandfold, but small";
+}
+
 TEST_F(FileTest, InputFileReadsPlainAndPacked) {
     const std::string text = SomeText(200000); // more than its buffer
     for (const size_t n : {1000u, 1u << 20}) {

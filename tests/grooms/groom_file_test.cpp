@@ -129,12 +129,12 @@ TEST_F(GroomFile, WidthsThatAreLackingAndWidthsThatAreGiven) {
     const std::string file = Write("a.usda", text);
     EXPECT_FLOAT_EQ(ReadGroomFile(file).width, 2.f / 500) << "a fraction of the mean length";
     EXPECT_EQ(FlushWarnings(), 1u);
-    EXPECT_EQ(ReadGroomFile(file, 0.25f).Width(1, 0), 0.25f);
+    EXPECT_EQ(ReadGroomFile(file, {0.25f}).Width(1, 0), 0.25f);
     Groom g = Wandering();
     g.strandWidths.assign(3, {1, 0.5f});
     WriteHairFile(Path("a.hair"), g);
     EXPECT_EQ(ReadGroomFile(Path("a.hair")).Width(2, 3), 0.5f);
-    EXPECT_EQ(ReadGroomFile(Path("a.hair"), 0.25f).Width(2, 3), 0.25f);
+    EXPECT_EQ(ReadGroomFile(Path("a.hair"), {0.25f}).Width(2, 3), 0.25f);
     EXPECT_EQ(FlushWarnings(), 0u);
 }
 
@@ -164,6 +164,68 @@ TEST_F(GroomFile, CubicCurvesAsPoints) {
     smooth.spline = StrandSpline::CatmullRom;
     std::vector<BezierSegment> out;
     EXPECT_THROW(AppendSegments(cubic, 0, smooth, &out), Error);
+}
+
+// Points in a row, 100 to a strand where nobody says; anything else is answered with what would be right.
+TEST_F(GroomFile, PlyPointsAreStrands) {
+    const auto ply = [](int count, const std::string &format = "ascii", const std::string &more = "") {
+        return "ply\nformat " + format + " 1.0\nelement vertex " + std::to_string(count) +
+               "\nproperty float x\nproperty float y\nproperty float z\n" + more + "end_header\n";
+    };
+    const auto ascii = [&](int count) {
+        std::string s = ply(count);
+        for (int i = 0; i < count; ++i)
+            s += std::to_string(i / 100) + " " + std::to_string(i % 100) + " -0.5\n";
+        return s;
+    };
+    const Groom g = ReadGroomFile(Write("a.ply", ascii(300)), {0.5f});
+    ASSERT_EQ(g.StrandCount(), 3u);
+    EXPECT_EQ(g.PointCount(2), 100u);
+    EXPECT_EQ(g.Strand(1)[99], (Point3f{1, 99, -0.5f}));
+    EXPECT_EQ(g.Width(1, 5), 0.5f);
+    EXPECT_EQ(ReadGroomFile(Path("a.ply"), {0.5f, 50}).StrandCount(), 6u);
+    EXPECT_EQ(FlushWarnings(), 0u);
+    ReadGroomFile(Path("a.ply"));
+    EXPECT_EQ(FlushWarnings(), 1u) << "of its widths";
+    // Binary of both byte orders, points of doubles, other properties between
+    for (const bool big : {false, true}) {
+        std::string s =
+            "ply\nformat binary_" + std::string(big ? "big" : "little") +
+            "_endian 1.0\nelement vertex 4\nproperty uchar red\nproperty double x\nproperty double "
+            "y\nproperty double z\nend_header\n";
+        for (int i = 0; i < 4; ++i) {
+            Put(&s, static_cast<char>(7));
+            for (const double v : {1., 2. + i, 3.}) {
+                std::string bytes;
+                Put(&bytes, v);
+                if (big)
+                    std::reverse(bytes.begin(), bytes.end());
+                s += bytes;
+            }
+        }
+        const Groom b = ReadGroomFile(Write("b.ply", s), {1, 2});
+        ASSERT_EQ(b.StrandCount(), 2u);
+        EXPECT_EQ(b.Strand(1)[1], (Point3f{1, 5, 3}));
+    }
+    const auto message = [&](const std::string &bytes, size_t run = 0) {
+        const std::string path = Write("c.ply", bytes);
+        return MessageOf([&] { ReadGroomFile(path, {1, run}); });
+    };
+    EXPECT_NE(
+        message(ascii(250)).find("250 points, which are no strands of 100, the usual number; say how many"),
+        std::string::npos);
+    EXPECT_NE(message(ascii(300), 7).find("no strands of 7;"), std::string::npos);
+    EXPECT_NE(message(ply(3, "ascii", "element face 1\nproperty list uchar int vertex_indices\n") +
+                      "0 0 0 1 0 0 0 1 0 3 0 1 2\n")
+                  .find("plymesh"),
+              std::string::npos);
+    EXPECT_NE(message(ply(100) + "0 0 nan " + std::string(600, '1')).find("vertex 0 is not finite"),
+              std::string::npos);
+    EXPECT_NE(message(ply(0)).find("no points"), std::string::npos);
+    // A header is believed as far as bytes back it
+    EXPECT_NE(message(ply(2000000000)).find("ends at vertex 0 of 2000000000"), std::string::npos);
+    for (const std::string whole = ascii(100); const size_t n : {2u, 20u, 100u, 300u, 600u})
+        EXPECT_NE(message(whole.substr(0, n)), "no error") << n;
 }
 
 } // namespace

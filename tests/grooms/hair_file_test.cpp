@@ -70,8 +70,7 @@ TEST_F(HairFile, DefaultsStandForMissingArrays) {
     const Groom g = ParseHairFile(s, "x.hair");
     EXPECT_EQ(g.StrandCount(), 2u);
     EXPECT_EQ(g.Width(1, 1), 0.5f);
-    EXPECT_TRUE(g.hasColor);
-    EXPECT_EQ(g.StrandColor(0), Spectrum(0.1f, 0.2f, 0.3f));
+    EXPECT_FALSE(g.hasColor) << "a default colour in a header is no colour";
 }
 
 TEST_F(HairFile, EveryTruncationIsAnErrorThatNamesFileAndByte) {
@@ -203,7 +202,13 @@ TEST_F(HairFile, WrittenFilesReadBackBitForBit) {
     const Groom b = ReadGroomFile(Path("b.hair"));
     EXPECT_EQ(b.points, even.points);
     EXPECT_EQ(b.pointWidths, (std::vector<float>{1, 0.5f, 2, 0}));
-    EXPECT_EQ(b.color, even.color);
+    EXPECT_FALSE(b.hasColor);
+    // One colour for all is written as everyone's
+    even.hasColor = true;
+    WriteHairFile(Path("c.hair"), even);
+    const Groom c = ReadGroomFile(Path("c.hair"));
+    EXPECT_TRUE(c.hasColor);
+    EXPECT_EQ(c.StrandColor(1), even.color);
 }
 
 TEST_F(HairFile, WritingRefusesWhatTheFormatCannotHold) {

@@ -149,6 +149,31 @@ TEST_F(PbrtWriter, ColoursBecomeMaterials) {
     EXPECT_EQ(ReadBack(text).size(), 300u);
 }
 
+// Strands under an uneven scale are written under it, with the widths that they have before it.
+TEST_F(PbrtWriter, PlacementsBecomeTransformations) {
+    Groom g;
+    g.width = 0.5f;
+    for (int strand = 0; strand < 4; ++strand) {
+        g.points.push_back({static_cast<float>(strand), 0, 0});
+        g.points.push_back({static_cast<float>(strand), 1, 0});
+        g.strandOffsets.push_back(static_cast<uint32_t>(g.points.size()));
+    }
+    g.placements.push_back({1, 3, Transform::Translate({5, 0, 0}) * Transform::Scale(1, 2, 3)});
+    PbrtCurveCounts counts;
+    const std::string text = Write(g, {}, "a.pbrt", &counts);
+    EXPECT_EQ(counts.strands, 4u);
+    const size_t begin = text.find("TransformBegin\nConcatTransform [1 0 0 0 0 2 0 0 0 0 3 0 5 0 0 1]\n"),
+                 end = text.find("TransformEnd\n");
+    ASSERT_NE(begin, std::string::npos) << text;
+    ASSERT_NE(end, std::string::npos) << text;
+    const std::vector<Statement> within = ReadBack(text.substr(begin, end - begin));
+    ASSERT_EQ(within.size(), 2u);
+    EXPECT_EQ(within[1].p[0], 2);
+    EXPECT_EQ(within[1].width0, 0.5);
+    EXPECT_EQ(ReadBack(text.substr(0, begin)).size(), 1u);
+    EXPECT_EQ(ReadBack(text.substr(end)).size(), 1u);
+}
+
 TEST_F(PbrtWriter, SameTextForAnyThreads) {
     GroomParams p = MakeGroomParams("ball");
     p.strands = 3000;

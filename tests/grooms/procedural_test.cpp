@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <sys/resource.h>
 
 namespace cuticle {
 namespace {
@@ -367,6 +368,55 @@ TEST(HeadShape, MeshLiesOnTheSurfaceAndIsClosed) {
     EXPECT_GT(volume, 8000);
     EXPECT_LT(volume, 25000);
     EXPECT_THROW(MakeHeadMesh(0.001f), Error);
+}
+
+// No cube that the surface crosses is passed over: as many vertices as cubes of the whole lattice have corners
+// on both sides, in the order of the lattice, whatever the number of threads.
+TEST(HeadShape, MeshMissesNothing) {
+    for (const float spacing : {0.25f, 0.37f, 1.7f, 5.f}) {
+        const Point3f low{-24, -28.5f, -15}, high{24, 14, 14};
+        size_t size[3];
+        for (int axis = 0; axis < 3; ++axis)
+            size[axis] = static_cast<size_t>((high[axis] - low[axis]) / spacing) + 2;
+        std::vector<float> values;
+        for (size_t z = 0; z < size[2]; ++z)
+            for (size_t y = 0; y < size[1]; ++y)
+                for (size_t x = 0; x < size[0]; ++x)
+                    values.push_back(HeadDistance(
+                        low + Vector3f{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} *
+                                  spacing));
+        size_t crossed = 0;
+        for (size_t z = 0; z + 1 < size[2]; ++z)
+            for (size_t y = 0; y + 1 < size[1]; ++y)
+                for (size_t x = 0; x + 1 < size[0]; ++x) {
+                    int inside = 0;
+                    for (size_t k = 0; k < 8; ++k)
+                        inside +=
+                            values[x + (k & 1) + size[0] * (y + (k >> 1 & 1) + size[1] * (z + (k >> 2)))] < 0;
+                    crossed += inside > 0 && inside < 8;
+                }
+        const HeadMesh mesh = MakeHeadMesh(spacing);
+        EXPECT_EQ(mesh.points.size(), crossed) << spacing;
+        const ThreadLimit limit(1);
+        const HeadMesh one = MakeHeadMesh(spacing);
+        EXPECT_EQ(one.points, mesh.points);
+        EXPECT_EQ(one.normals, mesh.normals);
+        EXPECT_EQ(one.indices, mesh.indices);
+    }
+}
+
+// A fine mesh costs what its surface costs: the space around it at a spacing of 1 mm has 57 million corners, of
+// which memory holds next to none.
+TEST(HeadShape, AFineMeshIsBoundedByItsSurface) {
+    const auto peak = [] {
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        return usage.ru_maxrss; // KB
+    };
+    const auto before = peak();
+    const HeadMesh mesh = MakeHeadMesh(0.1f);
+    EXPECT_GT(mesh.points.size(), 300000u);
+    EXPECT_LT(peak() - before, 1024 * 200);
 }
 
 TEST(HeadShape, PushingOutGetsOut) {

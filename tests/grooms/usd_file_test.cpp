@@ -231,8 +231,114 @@ TEST_F(UsdFile, SeveralPrimsJoinAndHiddenOnesDoNot) {
     EXPECT_EQ(g.Strand(0)[1], (Point3f{1, 0, 0}));
     EXPECT_EQ(g.Width(0, 0), 1);
     EXPECT_EQ(g.Width(1, 2), 3);
-    EXPECT_EQ(FlushWarnings(), 0u);
+    EXPECT_EQ(FlushWarnings(), 1u) << "of the axis that is up";
     EXPECT_NE(Message("def Xform \"x\" {}").find("no BasisCurves"), std::string::npos);
+}
+
+// What USD draws in a picture: what is defined, active and visible, of purpose default or render. A purpose
+// comes from the nearest prim above that gives one, invisibility from any.
+TEST_F(UsdFile, OnlyWhatIsToBeSeenIsRead) {
+    int place = 0;
+    const auto hair = [&] { // each ten units farther
+        ++place;
+        return "def BasisCurves \"h\" { uniform token type = \"linear\" int[] curveVertexCounts = [2] "
+               "point3f[] "
+               "points = [(" +
+               std::to_string(10 * place) + ",0,0),(" + std::to_string(10 * place) +
+               ",1,0)] float[] widths = [1] ";
+    };
+    std::string text, purpose = "uniform token purpose = ";
+    std::vector<int> shown;
+    const auto add = [&](const std::string &before, const std::string &within, const std::string &after,
+                         bool seen) {
+        text += before + hair() + within + "}\n" + after;
+        if (seen)
+            shown.push_back(place);
+    };
+    const auto in = [](const std::string &what) { return "def Xform \"x\" { " + what + "\n"; };
+    add("", "", "", true);
+    add(in("token visibility = \"invisible\""), "", "}\n", false);
+    add(in("token visibility = \"invisible\""), "token visibility = \"inherited\" ", "}\n", false);
+    for (const char *hidden : {"guide", "proxy"}) {
+        add("", purpose + '"' + hidden + "\" ", "", false);
+        add(in(purpose + '"' + hidden + '"'), "", "}\n", false);
+        add(in(purpose + '"' + hidden + '"') + in(""), "", "}}\n", false);
+        add(in(purpose + '"' + hidden + '"'), purpose + "\"render\" ", "}\n", true);
+    }
+    for (const char *seen : {"default", "render"}) {
+        add(in(purpose + '"' + seen + '"'), "", "}\n", true);
+        add(in(purpose + '"' + seen + '"'), purpose + "\"guide\" ", "}\n", false);
+    }
+    add("class \"c\" {\n", "", "}\n", false);
+    add("over \"o\" {\n", "", "}\n", false);
+    add("def Xform \"off\" (active = false) {\n", "", "}\n", false);
+    const Groom g = Parse(text);
+    std::vector<int> read;
+    for (size_t i = 0; i < g.StrandCount(); ++i)
+        read.push_back(static_cast<int>(g.Strand(i)[0].x) / 10);
+    EXPECT_EQ(read, shown);
+    EXPECT_EQ(FlushWarnings(), 0u);
+    EXPECT_EQ(Parse(text + "def PointInstancer \"p\" { " + hair() + "}\n}\n").StrandCount(), shown.size());
+    EXPECT_EQ(FlushWarnings(), 1u);
+}
+
+TEST_F(UsdFile, AxesAndUnitsAreSaid) {
+    struct Sink : WarningSink {
+        std::string all;
+        void Warn(const FileLoc &, const std::string &, const std::string &message) override {
+            all += message;
+        }
+    } sink;
+    const WarningScope scope(&sink);
+    const std::string hair =
+        Curves("uniform token type = \"linear\" int[] curveVertexCounts = [2] point3f[] points = "
+               "[(1,2,-0.5),(1,2,0.5)] float[] widths = [1]");
+    EXPECT_EQ(Parse("( upAxis = \"Y\" )\n" + hair).Strand(0)[1], (Point3f{1, 2, 0.5f}));
+    EXPECT_EQ(sink.all, "");
+    // Up stays up, and right stays right: from (x, y, z) with z up to (x, z, -y)
+    const Groom turned = Parse("( upAxis = \"Z\" metersPerUnit = 0.01 )\n" + hair);
+    EXPECT_EQ(turned.Strand(0)[0], (Point3f{1, -0.5f, -2}));
+    EXPECT_EQ(turned.Strand(0)[1], (Point3f{1, 0.5f, -2}));
+    EXPECT_TRUE(turned.placements.empty());
+    EXPECT_NE(sink.all.find("z axis is up"), std::string::npos) << sink.all;
+    EXPECT_NE(sink.all.find("a unit of this layer is 0.01 m"), std::string::npos) << sink.all;
+    EXPECT_NE(Message("( upAxis = \"X\" )\n" + hair).find("not \"X\""), std::string::npos);
+    EXPECT_NE(Message("( metersPerUnit = 0 )\n" + hair).find("above 0"), std::string::npos);
+}
+
+// Under a scale that is uneven the strands stay in their own coordinates, and the groom says where they
+// belong; every other one is transformed, and widths with it.
+TEST_F(UsdFile, UnevenScalesBecomePlacements) {
+    const auto under = [](const std::string &scale) {
+        return "def Xform \"x\" { float3 xformOp:scale = " + scale +
+               "\n uniform token[] xformOpOrder = [\"xformOp:scale\"]\n" +
+               Curves("uniform token type = \"linear\" int[] curveVertexCounts = [2, 2] point3f[] points = "
+                      "[(1,0,0),(1,2,0),(2,0,0),(2,2,0)] float[] widths = [0.5]") +
+               "}\n";
+    };
+    const Groom g = Parse(under("(2,2,2)") + under("(1,3,1)") + under("(-1,1,1)"));
+    ASSERT_EQ(g.StrandCount(), 6u);
+    ASSERT_EQ(g.placements.size(), 1u);
+    EXPECT_EQ(g.placements[0].begin, 2u);
+    EXPECT_EQ(g.placements[0].end, 4u);
+    EXPECT_EQ(g.placements[0].toGroom.Point(g.Strand(2)[1]), (Point3f{1, 6, 0}));
+    EXPECT_EQ(g.Strand(2)[1], (Point3f{1, 2, 0}));
+    EXPECT_EQ(g.Width(0, 0), 1);
+    EXPECT_EQ(g.Width(2, 0), 0.5f);
+    EXPECT_EQ(g.Width(4, 0), 0.5f);
+    EXPECT_EQ(g.Bounds().pMax, (Point3f{4, 6, 0}));
+    // A format without transformations takes the mean factor, and says so
+    EXPECT_EQ(FlushWarnings(), 0u);
+    const Groom flat = WithoutPlacements(g, "x.usda");
+    EXPECT_EQ(FlushWarnings(), 1u);
+    EXPECT_EQ(flat.Strand(2)[1], (Point3f{1, 6, 0}));
+    EXPECT_NEAR(flat.Width(2, 1), 0.5 * std::cbrt(3.), 1e-6);
+    EXPECT_EQ(flat.Width(0, 0), 1);
+    // Joined to others they keep their places
+    Groom joined = g;
+    joined.Append(g);
+    ASSERT_EQ(joined.placements.size(), 2u);
+    EXPECT_EQ(joined.placements[1].begin, 8u);
 }
 
 TEST_F(UsdFile, WhatIsNotRenderedWarnsOnce) {

@@ -2,6 +2,8 @@
 #include "images/image.h"
 
 #include "core/error.h"
+#include "core/memory_budget.h"
+#include "files/gzip.h"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -489,6 +491,87 @@ TEST_F(Damaged, AbsurdHeaders) {
     const std::string text("\x76\x2f\x31\x01\x02\0\0\0owner\0string\0\xff\xff\xff\x7f", 25);
     EXPECT_NE(MessageOf([&] { ReadImage(Write("text.exr", text)); }).find("more than the file"),
               std::string::npos);
+}
+
+// The most memory that this process has held, in MB.
+double PeakMB() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+std::string PNGChunk(const std::string &type, const std::string &data) {
+    const auto number = [](uLong v) {
+        std::string s;
+        for (int i = 3; i >= 0; --i)
+            s += static_cast<char>(v >> (8 * i));
+        return s;
+    };
+    const std::string body = type + data;
+    return number(data.size()) + body +
+           number(crc32(0, reinterpret_cast<const Bytef *>(body.data()), static_cast<uInt>(body.size())));
+}
+
+// Headers of 8192 x 8192 pixels, 805 MB as floats, above the first rows of such a picture: memory follows the
+// rows.
+TEST_F(Damaged, MemoryFollowsWhatAFileHolds) {
+    const double before = PeakMB();
+    std::string rows; // 64 of noise, each with its filter's number
+    for (uint32_t i = 0, x = 1; i < 64 * (3 * 8192 + 1); ++i, x = x * 1664525 + 1013904223)
+        rows += i % (3 * 8192 + 1) == 0 ? '\0' : static_cast<char>(x >> 24);
+    uLongf size = compressBound(rows.size());
+    std::string packed(size, '\0');
+    compress(reinterpret_cast<Bytef *>(packed.data()), &size, reinterpret_cast<const Bytef *>(rows.data()),
+             rows.size());
+    packed.resize(size);
+    const std::string png = std::string("\x89PNG\r\n\x1a\n", 8) +
+                            PNGChunk("IHDR", std::string("\0\0\x20\0\0\0\x20\0\x08\x02\0\0\0", 13)) +
+                            PNGChunk("IDAT", packed);
+    EXPECT_NE(MessageOf([&] { ReadImage(Write("some.png", png)); }).find("not a readable PNG"),
+              std::string::npos);
+
+    WriteImage(Path("a.exr"), Gradient(64, 64, {"R", "G", "B"}));
+    std::string exr = Bytes(Path("a.exr"));
+    const size_t at = exr.find("dataWindow") + sizeof("dataWindow") + sizeof("box2i") + 4;
+    const int32_t window[4] = {0, 0, 8191, 8191};
+    std::memcpy(exr.data() + at, window, sizeof(window));
+    exr += std::string(1 << 20, '\x55');
+    EXPECT_NE(MessageOf([&] { ReadImage(Write("some.exr", exr)); }).find("not a readable EXR"),
+              std::string::npos);
+    EXPECT_LT(PeakMB() - before, 200);
+}
+
+// One limit holds for all that is packed.
+TEST_F(Damaged, WhatExpandsTooFarIsRefused) {
+    EXPECT_FALSE(ExpandsTooFar(kFreeExpansion, 1));
+    EXPECT_TRUE(ExpandsTooFar(kFreeExpansion + 201, 1000));
+    EXPECT_FALSE(ExpandsTooFar(uint64_t{200} << 30, uint64_t{1} << 30));
+    // A JPEG header of 65,500 squared above the pixels of 8 x 8, an EXR of one column and of one row
+    std::string jpeg = JPEG(8, 8, {1, 2, 3});
+    size_t frame = jpeg.find("\xff\xc0");
+    ASSERT_NE(frame, std::string::npos);
+    jpeg[frame + 5] = jpeg[frame + 6] = jpeg[frame + 7] = jpeg[frame + 8] = '\xff';
+    EXPECT_NE(MessageOf([&] { ReadImage(Write("a.jpg", jpeg)); }), "");
+    WriteImage(Path("a.exr"), Gradient(64, 64, {"R", "G", "B"}));
+    std::string exr = Bytes(Path("a.exr"));
+    const size_t at = exr.find("dataWindow") + sizeof("dataWindow") + sizeof("box2i") + 4;
+    const int32_t column[4] = {0, 0, 0, (1 << 23) - 1}, row[4] = {0, 0, (1 << 23) - 1, 0};
+    exr += std::string(4096, '\0');
+    std::memcpy(exr.data() + at, column, sizeof(column));
+    EXPECT_NE(MessageOf([&] { ReadImage(Write("c.exr", exr)); }).find("pieces do not fit"),
+              std::string::npos);
+    std::memcpy(exr.data() + at, row, sizeof(row));
+    EXPECT_NE(MessageOf([&] { ReadImage(Write("r.exr", exr)); }).find("a piece of 8388608 x 16"),
+              std::string::npos);
+}
+
+TEST_F(Damaged, APictureIsClaimedBeforeItIsHeld) {
+    WriteImage(Path("a.exr"), Gradient(64, 64, {"R", "G", "B"}));
+    MemoryBudget budget(40000);
+    const MemoryBudgetScope scope(&budget);
+    const std::string message = MessageOf([&] { ReadImage(Path("a.exr")); });
+    EXPECT_NE(message.find("48.0 KB, is for the picture"), std::string::npos) << message; // 64 * 64 * 3 * 4
+    EXPECT_NE(message.find("--max-memory allows 39.1 KB"), std::string::npos) << message;
 }
 
 // stb_image 2.27 wrote beyond its tables for these; every code must fit, and at most 256 of them.

@@ -41,7 +41,7 @@ class StrandColor : public testing::Test {
             g.strandOffsets.push_back(static_cast<uint32_t>(g.points.size()));
         }
         WriteHairFile((folder_ / "two.hair").string(), g);
-        g.pointColors.clear();
+        g.pointColors.clear(); // one colour for all
         g.color = kOther;
         WriteHairFile((folder_ / "one.hair").string(), g);
     }
