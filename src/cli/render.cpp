@@ -43,10 +43,11 @@ double PeakMegabytes() {
 }
 
 struct RenderArguments {
-    std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes", hairModel;
+    std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes", hairModel,
+                                                          maxMemory;
     int spp = 0;
-    size_t threads = 0;               // 0: all
-    uint64_t seed = 0, maxMemory = 0; // bytes; 0: no limit
+    size_t threads = 0; // 0: all
+    uint64_t seed = 0;
     std::vector<float> crop;
     bool quiet = false, strict = false, variance = false, quick = false;
 };
@@ -158,8 +159,8 @@ void RunRender(const RenderArguments &a) {
         limit.emplace(a.threads);
 
     std::optional<MemoryBudget> budget;
-    if (a.maxMemory > 0)
-        budget.emplace(a.maxMemory);
+    if (!a.maxMemory.empty())
+        budget.emplace(ParseByteSize(a.maxMemory));
     const MemoryBudgetScope memory(budget ? &*budget : nullptr);
 
     VLOG(1) << a.scene << ": reading";
@@ -225,9 +226,8 @@ void AddRenderCommand(CLI::App &app) {
                   "threads; the picture does not depend on them (default: all cores)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
-    c->add_option_function<std::string>(
-         "--max-memory", [a](const std::string &size) { a->maxMemory = ParseByteSize(size); },
-         "refuse, before it is allocated, what would not fit: film, maps, curves, meshes (4G, 512M)")
+    c->add_option("--max-memory", a->maxMemory,
+                  "refuse, before it is allocated, what would not fit: film, maps, curves, meshes (4G, 512M)")
         ->type_name("SIZE");
     c->add_option("--crop,--cropwindow", a->crop, "render only this window, in fractions of the picture")
         ->expected(4)

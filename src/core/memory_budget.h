@@ -1,5 +1,5 @@
-// What a render may take of memory, and what takes it: large things are claimed before they are allocated,
-// and refused where all together would not fit.
+// The memory that a render may take: large things are claimed before they are allocated, and refused where
+// all together would not fit.
 #pragma once
 
 #include "core/error.h"

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -99,7 +100,7 @@ PlyHeader ReadPlyHeader(PlySource &source);
 // Reads values one after another, in any of the three formats.
 class PlyValues {
   public:
-    PlyValueReader(PlySource &source, PlyFormat format) : source_(source), format_(format) {}
+    PlyValues(PlySource &source, PlyFormat format) : source_(source), format_(format) {}
 
     double Read(PlyType type) {
         if (format_ == PlyFormat::Ascii)

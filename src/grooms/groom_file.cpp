@@ -21,7 +21,7 @@ namespace {
 }
 
 using StrandParser = Groom (*)(std::string_view bytes, const std::string &name, const GroomFileOptions &);
-// Of a format that has no use for the options.
+// The parser of a format that has no use for the options.
 template <Groom (*parse)(std::string_view, const std::string &)>
 Groom Parse(std::string_view bytes, const std::string &name, const GroomFileOptions &) {
     return parse(bytes, name);

@@ -7,7 +7,7 @@
 
 namespace cuticle {
 
-// What may be said about a file of strands that the file does not say.
+// GroomFileOptions say of a file of strands what the file does not.
 struct GroomFileOptions {
     float width = 0;            // of all strands, instead of the file's; 0: the file's
     size_t pointsPerStrand = 0; // of a .ply file; 0: 100

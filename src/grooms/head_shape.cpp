@@ -207,8 +207,8 @@ namespace {
 
 using Lattice = std::array<size_t, 3>; // x, y, z
 
-// Where the surface crosses a lattice of cubes around the head. A cube is named by its lowest corner, a
-// corner by its number, x fastest.
+// HeadCrossings list where the surface crosses a lattice of cubes around the head. A cube is named by its
+// lowest corner, a corner by its number, x fastest.
 struct HeadCrossings {
     struct Cube {
         uint64_t at;
@@ -240,7 +240,7 @@ class HeadLattice {
     // In the order of their numbers, whatever the number of threads.
     HeadCrossings Find() const {
         size_t side = kLeaf; // of the blocks that are looked at first, in cubes
-        while (static_cast<float>(2 * side) * spacing_ <= kLargestBlock)
+        while (static_cast<float>(2 * side) * spacing_ <= kMaxBlock)
             side *= 2;
         Lattice blocks;
         for (size_t axis = 0; axis < 3; ++axis)
@@ -266,8 +266,8 @@ class HeadLattice {
     }
 
   private:
-    static constexpr size_t kLeaf = 2;           // cubes to a side of a block that is searched one by one
-    static constexpr float kLargestBlock = 1.6f; // cm
+    static constexpr size_t kLeaf = 2;       // cubes to a side of a block that is searched one by one
+    static constexpr float kMaxBlock = 1.6f; // cm
     // HeadDistance grows by no more than this from one place to another, per cm between them: 1.4 was the
     // most in ten million pairs of places within 3 cm of the surface.
     static constexpr float kSteepest = 2.5f;

@@ -38,7 +38,7 @@ void CheckImageSize(const std::string &filename, int64_t width, int64_t height, 
                     size_t fileBytes, int64_t samplesPerByte);
 
 // deflate's most, for PNG and for what else packs by it: 258 bytes for two bits.
-inline constexpr int64_t kMostByDeflate = 1032;
+inline constexpr int64_t kMaxByDeflate = 1032;
 
 // The channels of a picture that has 1 to 4 and no names for them: Y, YA, RGB or RGBA.
 std::vector<std::string> ChannelNames(size_t n);
@@ -57,8 +57,10 @@ void AppendIntegers(const Sample *samples, size_t count, bool decodeSRGB, Image 
     }
 }
 
-// Claims the memory of an image (core/memory_budget.h) and makes it, of this size, with room for its samples and none of them yet: memory that is never written to
-// costs nothing, so that a file that ends early takes what it has.
-Image EmptyImage(const std::string &filename, int64_t width, int64_t height, std::vector<std::string> channels);
+// Claims the memory of an image (core/memory_budget.h) and makes it, of this size, with room for its samples
+// and none of them yet: memory that is never written to costs nothing, so that a file that ends early takes
+// what it has.
+Image EmptyImage(const std::string &filename, int64_t width, int64_t height,
+                 std::vector<std::string> channels);
 
 } // namespace cuticle

@@ -129,12 +129,12 @@ Image ReadPNG(const std::string &filename, const std::string &bytes, bool decode
         FailImage(filename, "not a readable PNG file: " + state.message);
     // The rows as they are stored, and what a palette or a grey of few bits expands to
     const size_t storedRow = png_get_rowbytes(state.png, state.info);
-    CheckImageSize(filename, static_cast<int64_t>(storedRow), state.height, 1, bytes.size(), kMostByDeflate);
+    CheckImageSize(filename, static_cast<int64_t>(storedRow), state.height, 1, bytes.size(), kMaxByDeflate);
     const bool isInterlaced = png_get_interlace_type(state.png, state.info) != PNG_INTERLACE_NONE;
     if (!StartPNGRows(&state))
         FailImage(filename, "not a readable PNG file: " + state.message);
     CheckImageSize(filename, state.width, state.height, static_cast<int64_t>(state.channels), bytes.size(),
-                   kMostByDeflate * 32);
+                   kMaxByDeflate * 32);
 
     Image image = EmptyImage(filename, state.width, state.height, ChannelNames(state.channels));
     const size_t rowBytes = png_get_rowbytes(state.png, state.info);

@@ -320,7 +320,7 @@ bool CurveReader::ToPool(const std::vector<double> &P) {
     return reached;
 }
 
-// Where the curves under the current transformation are kept.
+// Returns the pool that the curves under the current transformation are kept in.
 CurvePool *CurveReader::Pool() {
     ObjectDefinition *object =
         state_.InObject() ? &scene_.objects[static_cast<size_t>(state_.object)] : nullptr;

@@ -370,8 +370,8 @@ TEST(HeadShape, MeshLiesOnTheSurfaceAndIsClosed) {
     EXPECT_THROW(MakeHeadMesh(0.001f), Error);
 }
 
-// No cube that the surface crosses is passed over: as many vertices as cubes of the whole lattice have corners
-// on both sides, in the order of the lattice, whatever the number of threads.
+// No cube that the surface crosses is passed over: there are as many vertices as cubes of the whole lattice
+// with corners on both sides, and they are the same for any number of threads.
 TEST(HeadShape, MeshMissesNothing) {
     for (const float spacing : {0.25f, 0.37f, 1.7f, 5.f}) {
         const Point3f low{-24, -28.5f, -15}, high{24, 14, 14};
@@ -405,8 +405,8 @@ TEST(HeadShape, MeshMissesNothing) {
     }
 }
 
-// A fine mesh costs what its surface costs: the space around it at a spacing of 1 mm has 57 million corners, of
-// which memory holds next to none.
+// A fine mesh costs what its surface costs: at a spacing of 1 mm the space around it has 57 million corners,
+// of which memory holds next to none.
 TEST(HeadShape, AFineMeshIsBoundedByItsSurface) {
     const auto peak = [] {
         rusage usage{};

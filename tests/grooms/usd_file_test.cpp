@@ -235,7 +235,7 @@ TEST_F(UsdFile, SeveralPrimsJoinAndHiddenOnesDoNot) {
     EXPECT_NE(Message("def Xform \"x\" {}").find("no BasisCurves"), std::string::npos);
 }
 
-// What USD draws in a picture: what is defined, active and visible, of purpose default or render. A purpose
+// A picture shows what is defined, active and visible in USD's sense, of purpose default or render. A purpose
 // comes from the nearest prim above that gives one, invisibility from any.
 TEST_F(UsdFile, OnlyWhatIsToBeSeenIsRead) {
     int place = 0;

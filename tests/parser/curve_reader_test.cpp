@@ -177,10 +177,17 @@ TEST(ParserCurves, FastAndGeneralReaderAgreeBitForBit) {
     FlushWarnings();
     ASSERT_GT(a.curves.segments.size(), kStatements);
     ASSERT_EQ(a.curves.segments.size(), b.curves.segments.size());
-    static_assert(sizeof(CurveSegment) == 60, "no padding, so that bytes can be compared");
+    static_assert(sizeof(CurveSegment) == 64, "no padding, so that bytes can be compared");
     for (size_t i = 0; i < a.curves.segments.size(); ++i)
         ASSERT_EQ(std::memcmp(&a.curves.segments[i], &b.curves.segments[i], sizeof(CurveSegment)), 0)
             << "segment " << i;
+    ASSERT_EQ(a.unevenCurves.size(), b.unevenCurves.size());
+    for (size_t k = 0; k < a.unevenCurves.size(); ++k) {
+        const std::vector<CurveSegment> &s = a.unevenCurves[k].curves.segments;
+        EXPECT_EQ(a.unevenCurves[k].toParent, b.unevenCurves[k].toParent);
+        ASSERT_EQ(s.size(), b.unevenCurves[k].curves.segments.size());
+        ASSERT_EQ(std::memcmp(s.data(), b.unevenCurves[k].curves.segments.data(), s.size() * sizeof s[0]), 0);
+    }
     ASSERT_EQ(a.curves.ribbonNormals.size(), b.curves.ribbonNormals.size());
     ASSERT_GT(a.curves.ribbonNormals.size(), 1000u);
     for (const auto &[i, n] : a.curves.ribbonNormals)
