@@ -41,9 +41,16 @@ TEST(ParserCurves, TransformationScalesPointsAndWidths) {
     ExpectNear(s.curves.segments.at(0).cp[3], {1, -4, 3}, 2e-6f);
     EXPECT_NEAR(s.curves.segments[0].width[0], 1, 1e-6);
     EXPECT_EQ(WarningOf(World("Rotate 30 1 2 3 Scale 2.001 2 2 " + curve)), "");
-    EXPECT_TRUE(Has(WarningOf(World("Scale 2.01 2 2 " + curve)), "scales differently along different axes"));
-    EXPECT_NEAR(Parse(World("Scale 1 1 8 " + curve)).curves.segments[0].width[0], 1, 1e-6); // cbrt 8 = 2
-    FlushWarnings();
+    // What scales unevenly leaves both as they are, and stands beside them
+    EXPECT_TRUE(Parse(World("Scale 2.001 2 2 " + curve)).unevenCurves.empty());
+    const auto uneven = Parse(World("Translate 0 0 1 Scale 1 1 8 " + curve + curve + "Identity " + curve));
+    EXPECT_EQ(uneven.curves.segments.size(), 1u);
+    ASSERT_EQ(uneven.unevenCurves.size(), 1u);
+    ASSERT_EQ(uneven.unevenCurves[0].curves.segments.size(), 2u);
+    EXPECT_EQ(uneven.unevenCurves[0].curves.segments[0].width[0], .5f);
+    EXPECT_EQ(uneven.unevenCurves[0].curves.segments[0].cp[3], (Point3f{3, 0, 0}));
+    EXPECT_EQ(uneven.unevenCurves[0].toParent.Point({1, 2, 1}), (Point3f{1, 2, 9}));
+    EXPECT_EQ(FlushWarnings(), 0u);
 }
 
 TEST(ParserCurves, BasesDegreesAndRibbons) {
@@ -175,23 +182,29 @@ TEST(ParserCurves, FastAndGeneralReaderAgreeBitForBit) {
     slow.fastCurves = false;
     const SceneDescription a = Parse(World(body)), b = Parse(World(body), slow);
     FlushWarnings();
-    ASSERT_GT(a.curves.segments.size(), kStatements);
-    ASSERT_EQ(a.curves.segments.size(), b.curves.segments.size());
     static_assert(sizeof(CurveSegment) == 64, "no padding, so that bytes can be compared");
-    for (size_t i = 0; i < a.curves.segments.size(); ++i)
-        ASSERT_EQ(std::memcmp(&a.curves.segments[i], &b.curves.segments[i], sizeof(CurveSegment)), 0)
-            << "segment " << i;
+    size_t segments = 0, ribbons = 0;
+    const auto expectSame = [&](const CurvePool &x, const CurvePool &y) {
+        ASSERT_EQ(x.segments.size(), y.segments.size());
+        segments += x.segments.size();
+        for (size_t i = 0; i < x.segments.size(); ++i)
+            ASSERT_EQ(std::memcmp(&x.segments[i], &y.segments[i], sizeof(CurveSegment)), 0)
+                << "segment " << i;
+        ASSERT_EQ(x.ribbonNormals.size(), y.ribbonNormals.size());
+        ribbons += x.ribbonNormals.size();
+        for (const auto &[i, n] : x.ribbonNormals)
+            ASSERT_EQ(std::memcmp(&n, &y.ribbonNormals.at(i), sizeof n), 0) << "ribbon " << i;
+    };
+    expectSame(a.curves, b.curves);
     ASSERT_EQ(a.unevenCurves.size(), b.unevenCurves.size());
     for (size_t k = 0; k < a.unevenCurves.size(); ++k) {
-        const std::vector<CurveSegment> &s = a.unevenCurves[k].curves.segments;
         EXPECT_EQ(a.unevenCurves[k].toParent, b.unevenCurves[k].toParent);
-        ASSERT_EQ(s.size(), b.unevenCurves[k].curves.segments.size());
-        ASSERT_EQ(std::memcmp(s.data(), b.unevenCurves[k].curves.segments.data(), s.size() * sizeof s[0]), 0);
+        expectSame(a.unevenCurves[k].curves, b.unevenCurves[k].curves);
     }
-    ASSERT_EQ(a.curves.ribbonNormals.size(), b.curves.ribbonNormals.size());
-    ASSERT_GT(a.curves.ribbonNormals.size(), 1000u);
-    for (const auto &[i, n] : a.curves.ribbonNormals)
-        ASSERT_EQ(std::memcmp(&n, &b.curves.ribbonNormals.at(i), sizeof n), 0) << "ribbon " << i;
+    EXPECT_GT(segments, kStatements);
+    EXPECT_GT(ribbons, 1000u);
+    EXPECT_GT(a.curves.segments.size(), 1000u);
+    EXPECT_FALSE(a.unevenCurves.empty());
     ASSERT_EQ(a.curveGroups.size(), b.curveGroups.size());
     for (size_t i = 0; i < a.curveGroups.size(); ++i) {
         EXPECT_EQ(a.curveGroups[i].type, b.curveGroups[i].type);
@@ -208,7 +221,7 @@ TEST(ParserCurves, MemoryOfManyCurvesIsTheSegmentsAndLittleMore) {
     ASSERT_EQ(s.curves.segments.size(), 100000u);
     EXPECT_EQ(s.curveGroups.size(), 1u);
     const double held = static_cast<double>(s.curves.segments.capacity() * sizeof(CurveSegment)) / 100000;
-    EXPECT_LE(held, 64) << "bytes a curve";
+    EXPECT_LE(held, 68) << "bytes a curve, whose segment has 64";
 }
 
 } // namespace
