@@ -268,8 +268,8 @@ class HeadLattice {
   private:
     static constexpr size_t kLeaf = 2;       // cubes to a side of a block that is searched one by one
     static constexpr float kMaxBlock = 1.6f; // cm
-    // HeadDistance grows by no more than this from one place to another, per cm between them: 1.4 was the
-    // most in ten million pairs of places within 3 cm of the surface.
+    // HeadDistance grows by no more than this from one place to another, per cm between them: 1.54, at
+    // an ear, was the most in 215,000 random pairs of places on both sides of the surface, up to 1.4 cm apart.
     static constexpr float kSteepest = 2.5f;
 
     Point3f Corner(const Lattice &at) const {
