@@ -269,7 +269,7 @@ class HeadLattice {
     static constexpr size_t kLeaf = 2;       // cubes to a side of a block that is searched one by one
     static constexpr float kMaxBlock = 1.6f; // cm
     // HeadDistance grows by no more than this from one place to another, per cm between them: 1.54, at
-    // an ear, was the most in 215,000 random pairs of places on both sides of the surface, up to 1.4 cm apart.
+    // an ear, was the most in 215,000 pairs of places on both sides of the surface, up to 1.4 cm apart.
     static constexpr float kSteepest = 2.5f;
 
     Point3f Corner(const Lattice &at) const {
