@@ -242,7 +242,8 @@ void AddRenderCommand(CLI::App &app) {
     c->add_flag("--quick", a->quick, "a quarter of the resolution each way and of the samples");
     c->add_flag("-q,--quiet", a->quiet, "no progress and no closing line; warnings and errors stay");
     c->add_flag("--strict", a->strict, "warnings become errors");
-    c->add_option("--compat", a->compat, "pbrt-v3: tilt the scales and mirror the fibers as pbrt-v3 does")
+    c->add_option("--compat", a->compat,
+                  "pbrt-v3: tilt the scales, mirror the fibers and let rays leave them as pbrt-v3 does")
         ->check(CLI::IsMember({"pbrt-v3"}))
         ->type_name("RENDERER");
     c->add_option("--curves", a->curves,

@@ -13,13 +13,12 @@ namespace {
 class ChiangMaker final : public FiberMaker {
   public:
     void Make(const FiberInputs &at, FiberStorage *fiber) const override {
-        fiber->Emplace<HairBSDF>(at.pbrtV3 ? -at.h : at.h, at.eta,
-                                 Spectrum(at.sigmaA[0], at.sigmaA[1], at.sigmaA[2]), at.betaM, at.betaN,
-                                 at.alpha, TiltOf(at));
+        fiber->Emplace<HairBSDF>(at.h, at.eta, Spectrum(at.sigmaA[0], at.sigmaA[1], at.sigmaA[2]), at.betaM,
+                                 at.betaN, at.alpha, TiltOf(at));
     }
     std::unique_ptr<FiberInDouble> MakeInDouble(const FiberInputs &at) const override {
-        return InDouble(HairLobes<double>(HairParameters{at.pbrtV3 ? -at.h : at.h, at.eta, at.sigmaA,
-                                                         at.betaM, at.betaN, at.alpha, TiltOf(at)}));
+        return InDouble(HairLobes<double>(
+            HairParameters{at.h, at.eta, at.sigmaA, at.betaM, at.betaN, at.alpha, TiltOf(at)}));
     }
 
   private:
@@ -56,15 +55,15 @@ class ManyLobesMaker final : public FiberMaker {
 
   private:
     DEonParameters ParametersAt(const FiberInputs &at) const {
-        const float sign = at.pbrtV3 ? -1.f : 1.f;
+        const float towardRoot = at.pbrtV3 ? -1.f : 1.f;
         DEonParameters p = choices_;
-        p.h = sign * at.h;
+        p.h = at.h;
         p.eta = at.eta;
         p.sigmaA = at.sigmaA;
         for (size_t i = 0; i < 3; ++i) {
             p.betaM[i] = LongitudinalWidth(i, at.betaM);
             p.betaN[i] = AzimuthalWidth(at.betaN);
-            p.alpha[i] = -sign * kTiltInAlpha[i] * at.alpha;
+            p.alpha[i] = -towardRoot * kTiltInAlpha[i] * at.alpha;
         }
         return p;
     }

@@ -28,7 +28,7 @@ struct FiberInputs {
     float betaM = 0.3f, betaN = 0.3f;        // roughness along and around, [0, 1]
     float alpha = 2;                         // tilt of the scales, degrees
     float axis = 0;      // azimuth of the section's first axis in the local frame, radians
-    bool pbrtV3 = false; // take pbrt-v3's side where we hold it to be wrong (--compat)
+    bool pbrtV3 = false; // tilt the scales to pbrt-v3's side, which we hold to be wrong (--compat)
     std::array<float, kMaxOwnNumbers>
         numbers; // the model's own textures that are given, by FiberSettings::Slot
     std::array<std::array<float, 3>, kMaxOwnColors> colors;

@@ -171,9 +171,10 @@ FiberInputs HairMaterial::InputsAt(const SurfaceInteraction &si) const {
     // A ribbon's width is the fiber's diameter. In the local frame (x the tangent, z toward the viewer) v
     // grows toward -y. A mirror of a fiber sends light that meets it on the side of +y toward +y, and
     // $\Phi(0, h) = -2 \gamma_o$ does so where h has the sign of y: $h = 1 - 2 v$. pbrt-v3 takes -1 + 2 v and
-    // so mirrors every fiber about its axis. The mean over the width stays; on a fiber wider than a pixel the
-    // highlight changes sides.
+    // so mirrors every fiber about its axis, but for shapes whose normals it has turned round.
     at.h = std::clamp(1 - 2 * si.uv.y, -1.f, 1.f);
+    if (compatPbrtV3_ && !si.flipped)
+        at.h = -at.h;
     //<
     own_.EvaluateAt(point, &at);
     //> Find the azimuth of the section's first axis, which the strand carries

@@ -14,8 +14,9 @@ namespace cuticle {
 
 // Choices that the command line makes and a scene file cannot.
 struct MaterialOptions {
-    bool compatPbrtV3 = false; // hair as pbrt-v3 has it, where we hold that to be wrong: see HairMaterial
-    std::string hairModel;     // the model of every hair material, whatever the scene says; "": the scene's
+    // Hair as pbrt-v3 has it, where we hold that to be wrong: see HairMaterial, and Scene::SpawnRay.
+    bool compatPbrtV3 = false;
+    std::string hairModel; // the model of every hair material, whatever the scene says; "": the scene's
 };
 
 class Material {

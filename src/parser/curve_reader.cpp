@@ -295,6 +295,7 @@ void CurveReader::UpdateTransform() {
     isUneven_ = t.ScalesUnevenly();
     keepsPoints_ = isUneven_ || t.IsIdentity();
     scale_ = isUneven_ ? 1 : std::cbrt(std::abs(t.Determinant()));
+    swapsHandedness_ = !isUneven_ && t.SwapsHandedness(); // of uneven ones the instance tells it
     unevenNow_.reset();
 }
 
@@ -354,7 +355,9 @@ bool CurveReader::Emit(const CurveStatement &c, std::string *error) {
     const auto w1 = static_cast<float>((c.hasWidth1 ? c.width1 : c.hasWidth ? c.width : 1) * scale_);
 
     CurvePool *pool = Pool();
-    const uint32_t group = GroupIndex({c.type, state_.StateOfShape(c.material), {}}, c.begin);
+    const ShapeState state = state_.StateOfShape(c.material);
+    const uint32_t group =
+        GroupIndex({c.type, state, {}, state.reverseOrientation != swapsHandedness_}, c.begin);
     if (!isUneven_ || pool->segments.size() >= 1024) // of uneven curves there may be many small pools
         MakeRoom(pool);
     ++text_.Curves();
@@ -383,7 +386,9 @@ bool CurveReader::Append(const CurveStatement &c, float width0, float width1, ui
 }
 
 uint32_t CurveReader::GroupIndex(const CurveGroup &group, const char *at) {
-    const auto isSame = [&](const CurveGroup &g) { return g.type == group.type && g.state == group.state; };
+    const auto isSame = [&](const CurveGroup &g) {
+        return g.type == group.type && g.state == group.state && g.flipped == group.flipped;
+    };
     if (lastGroupIndex_ != UINT32_MAX && isSame(lastGroup_))
         return lastGroupIndex_;
     const uint64_t key =

@@ -64,6 +64,7 @@ class CurveReader {
     bool keepsPoints_ = true; // curves stay in their own coordinates
     bool isUneven_ = false;
     double scale_ = 1;
+    bool swapsHandedness_ = false;
 
     // The uneven curves of the world and of objects, by object (-1: the world) and transformation; and those
     // of the current one, once they are looked up.

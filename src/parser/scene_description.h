@@ -62,7 +62,8 @@ struct ShapeEntity {
 struct CurveGroup {
     CurveType type = CurveType::Flat;
     ShapeState state;
-    FileLoc loc; // of the statement that opened the group
+    FileLoc loc;          // of the statement that opened the group
+    bool flipped = false; // ReverseOrientation or a mirroring transformation, not both
 };
 
 // Curves, already Bezier segments, in world (or object-definition) space or in one of their own.

@@ -159,8 +159,7 @@ Spectrum PathIntegrator::SampleLight(const SurfaceInteraction &si, const BSDF &b
     if (!lamp.Sample_Li(si.p, u, &light) || !(light.pdf > 0) || light.L.IsBlack())
         return {};
     //> Ask whether the light arrives, of hair before anything else
-    SceneRay shadow = scene.SpawnRay(si, light.wi);
-    shadow.ray.tMax = light.distance;
+    const SceneRay shadow = scene.SpawnRayTo(si, light.wi, light.distance);
     const auto isBlocked = [&] {
         ++counts.shadowRays;
         return scene.Occluded(shadow);

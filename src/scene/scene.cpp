@@ -54,8 +54,10 @@ void ToWorld(const Transform &toWorld, SurfaceInteraction *si) {
     si->shading = {tangent, Cross(si->n, tangent), si->n};
     if (si->strandNormal.LengthSquared() > 0)
         si->strandNormal = across(toWorld.Vector(si->strandNormal));
-    if (toWorld.SwapsHandedness())
+    if (toWorld.SwapsHandedness()) {
         si->uv.y = 1 - si->uv.y;
+        si->flipped = !si->flipped;
+    }
 }
 
 } // namespace
@@ -83,12 +85,15 @@ void Scene::Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupH
                                                    : shapes.curves.Surface(ray, curve);
         const CurveSegment &segment = shapes.Segment(curve.segment);
         si->p = s.p;
-        si->pError = {s.pError, s.pError, s.pError};
+        // pbrt-v3's bound, in the coordinates that the curve is stored in: twice the width that the ray sees.
+        const float error = pbrtV3Offset_ ? 2 * s.seen : s.pError;
+        si->pError = {error, error, error};
         si->n = s.n;
         si->uv = {segment.part.AlongStrand(s.uv.x), s.uv.y};
         si->shading = {s.tangent, Cross(s.n, s.tangent), s.n};
         DCHECK_LT(segment.group, curveMaterials_.size());
         si->material = curveMaterials_[segment.group];
+        si->flipped = curveFlipped_[segment.group];
         si->light = -1;
         si->curveOrigin = {curve.segment, curve.u};
         si->strandColors = strandColors_.empty() ? nullptr : StrandColorsOf(segment.group, curve.segment);
@@ -176,10 +181,22 @@ bool Scene::Occluded(const SceneRay &ray) const {
 SceneRay Scene::SpawnRay(const SurfaceInteraction &si, const Vector3f &w) const {
     SceneRay ray;
     ray.ray.d = w;
-    ray.fromCurve = si.isCurve;
+    ray.fromCurve = si.isCurve && !pbrtV3Offset_;
     ray.origin = si.curveOrigin;
     ray.instance = si.instance;
-    ray.ray.o = si.isCurve ? si.p : OffsetRayOrigin(si.p, si.pError, si.n, w);
+    ray.ray.o = ray.fromCurve ? si.p : OffsetRayOrigin(si.p, si.pError, si.n, w);
+    return ray;
+}
+
+SceneRay Scene::SpawnRayTo(const SurfaceInteraction &si, const Vector3f &w, float distance) const {
+    SceneRay ray = SpawnRay(si, w);
+    ray.ray.tMax = distance;
+    if (si.isCurve && pbrtV3Offset_ && std::isfinite(distance)) {
+        // The origin is widths away; the point that it looks at stays.
+        const Vector3f d = si.p + w * distance - ray.ray.o;
+        ray.ray.tMax = d.Length();
+        ray.ray.d = ray.ray.tMax > 0 ? d / ray.ray.tMax : w;
+    }
     return ray;
 }
 

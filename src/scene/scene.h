@@ -45,8 +45,13 @@ class Scene {
     // Whether any surface lies in (tMin, tMax).
     bool Occluded(const SceneRay &ray) const;
     // A ray that leaves si along w (unit length) and does not hit the place that it starts from: curves
-    // decide that by geometry, solids by the bound of the hit point's rounding error.
+    // decide that by geometry, solids by the bound of the hit point's rounding error. Where the scene's
+    // options ask for pbrt-v3's way, a ray leaves a curve as there: two widths, as an error bound of each
+    // coordinate, away from it along the normal, on the side of w; what it meets from there on is met, be it
+    // its own hair.
     SceneRay SpawnRay(const SurfaceInteraction &si, const Vector3f &w) const;
+    // The same as far as the point at `distance` along w from si; infinite: without end.
+    SceneRay SpawnRayTo(const SurfaceInteraction &si, const Vector3f &w, float distance) const;
 
     // The lights by number, area lights among them.
     int LightCount() const { return static_cast<int>(lights_.size()); }
@@ -87,6 +92,7 @@ class Scene {
 
     std::vector<std::unique_ptr<Material>> materials_;
     std::vector<const Material *> curveMaterials_;              // by curve group
+    std::vector<bool> curveFlipped_;                            // the same
     std::unordered_map<uint32_t, StrandColorRun> strandColors_; // by curve group, of those that have any
     ShapeGroup world_;
     std::vector<std::unique_ptr<ShapeGroup>> objects_; // those that are used
@@ -95,6 +101,7 @@ class Scene {
     std::vector<std::unique_ptr<Light>> lights_;
     std::vector<int> infiniteLights_;
     LightSampler lightSampler_;
+    bool pbrtV3Offset_ = false;
 };
 
 } // namespace cuticle

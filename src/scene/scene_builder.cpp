@@ -192,7 +192,8 @@ class SceneBuilder {
         const float widthScale =
             static_cast<float>(std::cbrt(std::abs(toPool.Determinant()))) * strands.widthScale;
         const auto group = static_cast<uint32_t>(description_.curveGroups.size());
-        description_.curveGroups.push_back({CurveType::Flat, shape.state, shape.params.loc});
+        description_.curveGroups.push_back({CurveType::Flat, shape.state, shape.params.loc,
+                                            shape.state.reverseOrientation != toPool.SwapsHandedness()});
         std::vector<CurveSegment> &segments = curves->segments;
         const size_t added = ExpectedSegments(groom, range, strands.segments),
                      needed = segments.size() + added;
@@ -229,6 +230,7 @@ class SceneBuilder {
         for (const CurveGroup &group : description_.curveGroups) {
             curveTypes_.push_back(group.type);
             scene_.curveMaterials_.push_back(MaterialOf(group.state));
+            scene_.curveFlipped_.push_back(group.flipped);
             const Material *material = scene_.curveMaterials_.back();
             anyHidden_ |= !material;
             wantsStrandNormals_ |= material && material->WantsStrandNormals();
@@ -397,6 +399,7 @@ class SceneBuilder {
 };
 
 Scene::Scene(SceneDescription *description, const SceneOptions &options) {
+    pbrtV3Offset_ = options.materials.compatPbrtV3;
     SceneBuilder(this, description, options).Build();
 }
 

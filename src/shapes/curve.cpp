@@ -396,6 +396,7 @@ CurveSurface MakeCurveSurface(const CurveSegment &segment, CurveType type, const
     s.uv = {hit.u, hit.v};
     s.h = -1 + 2 * hit.v;
     s.width = static_cast<float>(width);
+    s.seen = static_cast<float>(seen);
     return s;
 }
 //<

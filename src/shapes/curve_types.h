@@ -65,6 +65,7 @@ struct CurveSurface {
     Point2f uv;       // u along the segment, v across it
     float h = 0;      // -1 + 2v
     float width = 0;  // full width at u; a ribbon's is its own, not the narrower one that the ray sees
+    float seen = 0;   // full width as the ray sees it
     float pError = 0; // bound of the rounding error of each coordinate of p
 };
 

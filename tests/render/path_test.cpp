@@ -396,6 +396,36 @@ Shape "curve" "point P" [0 -3 0 0 -1 0 0 1 0 0 3 0] "float width" 1.0 WorldEnd)"
     EXPECT_GT(lit, 3 * other);
     EXPECT_GT(pbrtOther, 3 * pbrtLit);
     EXPECT_NEAR(lit + other, pbrtLit + pbrtOther, 0.05 * (lit + other));
+    // pbrt-v3 turns normals round for ReverseOrientation and for transformations that mirror, which undoes
+    // it; both together do nothing.
+    const auto isMirrored = [&](const std::string &before) {
+        std::string text = scene;
+        text.insert(text.find("Shape"), before);
+        const Image image = RenderText(text, {}, compat).image;
+        double left = 0, right = 0;
+        for (int x = 0; x < 4; ++x)
+            left += image.RGB(x, 0)[0], right += image.RGB(8 - x, 0)[0];
+        EXPECT_GT(std::max(left, right), 3 * std::min(left, right)) << before;
+        return right > left;
+    };
+    EXPECT_TRUE(isMirrored(""));
+    EXPECT_FALSE(isMirrored("ReverseOrientation "));
+    EXPECT_FALSE(isMirrored("Scale -1 1 1 "));
+    EXPECT_TRUE(isMirrored("Scale -1 1 1 ReverseOrientation "));
+    EXPECT_TRUE(isMirrored("Scale -1 1 1 Scale 1 1 -1 "));
+    const std::string part = scene.substr(scene.find("Shape"), scene.find("WorldEnd") - scene.find("Shape"));
+    const auto instance = [&](const std::string &at) {
+        std::string text = scene;
+        text.erase(text.find("Shape"), part.size());
+        return text.insert(text.find("WorldEnd"),
+                           "ObjectBegin \"o\" " + part + " ObjectEnd " + at + " ObjectInstance \"o\" ");
+    };
+    const auto litOnTheRight = [&](const std::string &text) {
+        const Image image = RenderText(text, {}, compat).image;
+        return image.RGB(8, 0)[0] + image.RGB(7, 0)[0] > image.RGB(0, 0)[0] + image.RGB(1, 0)[0];
+    };
+    EXPECT_TRUE(litOnTheRight(instance("")));
+    EXPECT_FALSE(litOnTheRight(instance("Scale -1 1 1")));
 }
 
 TEST(HairMaterial, ColoursHavePbrtsPrecedence) {
