@@ -72,7 +72,8 @@ void PrintJSON(const std::vector<MeasureRow> &rows, const Comparison &c, bool fa
     if (c.badPixels > 0)
         beyond.push_back("bad_pixels");
     json["limits"] = limits, json["beyond"] = beyond, json["passed"] = !failed;
-    std::cout << json.dump(2) << "\n";
+    // Names need not be UTF-8; JSON must
+    std::cout << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
 }
 
 void RunCompare(const CompareArguments &a) {

@@ -2,13 +2,21 @@
 #include "cli/commands.h"
 #include "core/check.h"
 #include "core/error.h"
+#include "core/parallel.h"
+#include "core/threads.h"
+#include "files/inputs.h"
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <optional>
+#include <poll.h>
 #include <string>
+#include <unistd.h>
+#include <utility>
 #include <vector>
 
 namespace cuticle {
@@ -39,6 +47,31 @@ static void RequireCommand(const CLI::App &app, int argc, char **argv) {
         .WithRemedy(cuticle::Suggestion(word, known.data(), known.size()));
 }
 
+// A reader that has seen enough (`cuticle render ... | head -1`), or a file that may not grow, makes a write
+// fail and not the program end: a picture is worth more than what is told of it. A handler, unlike SIG_IGN,
+// is not handed on to programs that are started.
+static void OutliveWrites() {
+    for (const int signal : {SIGPIPE, SIGXFSZ}) {
+        struct sigaction before {
+        }, action{};
+        action.sa_handler = [](int) {};
+        action.sa_flags = SA_RESTART;
+        if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+            sigaction(signal, &action, nullptr);
+    }
+}
+
+// Limits the threads of the whole program where the system allows fewer than there are cores.
+static void LimitThreads(std::optional<cuticle::ThreadLimit> *limit) {
+    const size_t cores = cuticle::MaxThreads(), startable = cuticle::StartableThreads(cores);
+    if (startable >= cores)
+        return;
+    limit->emplace(startable);
+    cuticle::Warning("threads", fmt::format("{} of {} threads can be started (limits of processes or of "
+                                            "memory); these are used",
+                                            startable, cores));
+}
+
 static int Run(int argc, char **argv) {
     cuticle::InstallCheckHandler();
     CLI::App app{"Cuticle renders pbrt-v3 scenes that hold hair.", "cuticle"};
@@ -55,7 +88,14 @@ static int Run(int argc, char **argv) {
         ->check(CLI::Range(0, 9))
         ->type_name("N");
     // Before any command runs
-    app.parse_complete_callback([&] { cuticle::StartLog("cuticle", logFile, verbosity); });
+    std::optional<cuticle::ThreadLimit> threads;
+    cuticle::InputLog inputs; // of the command; no output is written over one of them
+    const cuticle::InputScope noted(&inputs);
+    app.parse_complete_callback([&] {
+        cuticle::StartLog("cuticle", logFile, verbosity);
+        OutliveWrites();
+        LimitThreads(&threads);
+    });
     app.fallthrough(); // these two may also stand behind the command
     cuticle::AddRenderCommand(app);
     cuticle::AddGroomCommand(app);
@@ -92,6 +132,10 @@ static int Run(int argc, char **argv) {
 static bool OutputIsWhole() {
     std::cout.flush();
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout)
+        return true;
+    // A pipe that nobody reads any more: its reader has had enough
+    pollfd reader{STDOUT_FILENO, POLLOUT, 0};
+    if (poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0)
         return true;
     std::fputs("error: the standard output could not be written (a full disk, or a closed file?)\n", stderr);
     return false;

@@ -4,10 +4,13 @@
 #include "core/check.h"
 #include "core/clock.h"
 #include "core/error.h"
+#include "core/isa.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "core/threads.h"
 #include "fibers/hair_lanes.h"
 #include "files/file.h"
+#include "files/inputs.h"
 #include "materials/hair_models.h"
 #include "render/plugins.h"
 #include "render/renderer.h"
@@ -18,9 +21,12 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <fmt/format.h>
 #include <iostream>
+#include <limits>
+#include <optional>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -29,12 +35,31 @@ namespace cuticle {
 namespace {
 
 std::atomic<bool> interrupted = false;
+std::atomic<int> stoppedBy = 0; // the signal that asked first
 
-// The first Ctrl-C asks for what there is; a second one, of an impatient user, ends the program.
-extern "C" void OnInterrupt(int) {
-    if (interrupted.exchange(true))
-        _exit(130);
+// A signal asks for what there is. A second Ctrl-C, of an impatient user, ends the program.
+extern "C" void OnStop(int signal) {
+    int none = 0;
+    if (!stoppedBy.compare_exchange_strong(none, signal) && signal == SIGINT)
+        _exit(128 + SIGINT);
+    interrupted = true;
 }
+
+// Ctrl-C and the signals by which a system ends a program stop the render from here on, and the picture is
+// written. What the caller has set to be ignored (nohup, a shell's background) stays so.
+void CatchStops() {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU}) {
+        struct sigaction before {
+        }, action{};
+        action.sa_handler = OnStop;
+        action.sa_flags = SA_RESTART;
+        if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+            sigaction(signal, &action, nullptr);
+    }
+}
+
+// Prints on standard error, or does not: a terminal that is gone costs no picture.
+void Tell(const std::string &text) { std::fputs((text + "\n").c_str(), stderr); }
 
 double PeakMegabytes() {
     rusage usage{};
@@ -49,33 +74,36 @@ struct RenderArguments {
     size_t threads = 0; // 0: all
     uint64_t seed = 0;
     std::vector<float> crop;
-    bool quiet = false, strict = false, variance = false, quick = false;
+    bool quiet = false, strict = false, variance = false, quick = false, resume = false;
+    std::optional<double> checkpoint; // seconds; 0: never
 };
 
-// Throws Error where a file of this name cannot be written, before hours are spent on it. what: "picture".
-void CheckWritable(const std::string &filename, const std::string &what, const std::string &scene) {
+// The part of a picture: its film while the render is under way.
+std::string PartName(const std::string &picture) { return picture + ".part"; }
+
+// Throws Error where a file of this name cannot be written, before hours are spent on it: it is begun and
+// dropped. what: "picture".
+void CheckWritable(const std::string &filename, const std::string &what) {
     const std::filesystem::path path(filename);
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
     std::error_code error;
     if (!std::filesystem::is_directory(folder, error))
         throw Error("the {}'s folder \"{}\" does not exist", what, folder.string());
-    if (access(folder.c_str(), W_OK) != 0)
-        throw Error("the {}'s folder \"{}\" cannot be written to", what, folder.string());
     if (std::filesystem::is_directory(path, error))
         throw Error("the {}'s name \"{}\" is that of a folder", what, filename);
-    if (std::filesystem::equivalent(path, scene, error))
-        throw Error("the {}'s name \"{}\" is that of the scene, which it would overwrite", what, filename);
+    if (!std::filesystem::is_fifo(path, error)) // whose reader would see its end
+        OutputFile{filename};
 }
 
 // Throws Error where the picture or the statistics ("" for none) cannot be written.
-void CheckOutputs(const std::string &picture, const std::string &stats, const std::string &scene) {
+void CheckOutputs(const std::string &picture, const std::string &stats) {
     const std::string ending = std::filesystem::path(picture).extension().string();
     if (ending != ".exr" && ending != ".png")
         throw Error("the picture's name \"{}\" must end in .exr or .png (option -o)", picture);
-    CheckWritable(picture, "picture", scene);
+    CheckWritable(picture, "picture");
     if (stats.empty())
         return;
-    CheckWritable(stats, "statistics", scene);
+    CheckWritable(stats, "statistics");
     const auto whole = [](const std::string &name) {
         return std::filesystem::absolute(name).lexically_normal();
     };
@@ -119,6 +147,75 @@ RenderOptions RenderOptionsOf(const RenderArguments &a) {
     return options;
 }
 
+// Everything besides the scene file and the options of a job that determines the picture, and in which
+// kernels: another instruction set gives other last digits. To add an option that changes pictures: name it
+// here.
+std::vector<std::pair<std::string, std::string>> FactsOf(const RenderArguments &a, const InputLog &inputs,
+                                                         const Scene &scene) {
+    const std::string folder = std::filesystem::path(a.scene).parent_path().string();
+    return {{"hash of the scene's files", inputs.Digest(folder)},
+            {"option --hair-model", a.hairModel},
+            {"option --compat", a.compat},
+            {"option --curves", a.curves},
+            {"option --hair", a.hair},
+            {"instruction set", scene.Isa()},
+            {"processor's instruction set", IsaName(SupportedIsas().front())}};
+}
+
+// How the film is kept on disk; nothing where neither wished for nor possible.
+std::optional<Checkpoints> CheckpointsOf(const RenderArguments &a, const std::string &output, bool isPlain) {
+    const double seconds = a.checkpoint.value_or(60);
+    if (!isPlain && (a.resume || a.checkpoint.value_or(0) > 0))
+        throw Error("\"{}\" is no plain file, and no part can be kept beside it", output)
+            .WithRemedy("leave --resume and --checkpoint out, or write to a file");
+    if (!isPlain || (seconds == 0 && !a.resume))
+        return std::nullopt;
+    Checkpoints checkpoints;
+    checkpoints.filename = PartName(output);
+    checkpoints.seconds = seconds > 0 ? seconds : std::numeric_limits<double>::infinity();
+    checkpoints.resume = a.resume;
+    checkpoints.afterStop = a.resume || a.checkpoint.has_value();
+    return checkpoints;
+}
+
+// Writes a picture to where nothing is lost by it: the current folder, else that of temporary files. Returns
+// its name, "" if that cannot be either.
+std::string SaveElsewhere(const std::string &name, const std::string &bytes) {
+    std::error_code error;
+    for (const std::filesystem::path &folder :
+         {std::filesystem::current_path(error), std::filesystem::temp_directory_path(error)})
+        for (int copy = 0; copy < 100 && !folder.empty(); ++copy) {
+            const std::filesystem::path wished(name);
+            const std::string number = copy > 0 ? fmt::format("-{}", copy) : "";
+            const std::string place =
+                (folder / (wished.stem().string() + number + wished.extension().string())).string();
+            if (std::filesystem::exists(std::filesystem::symlink_status(place, error)))
+                continue;
+            try {
+                WriteFileAtomically(place, bytes);
+                return place;
+            } catch (const Error &) {
+                break; // the next folder
+            }
+        }
+    return "";
+}
+
+// Writes the picture to its file or, where that can no longer be, elsewhere; the Error then says where.
+void SavePicture(OutputFile *file, const std::string &name, const Image &image) {
+    const std::string bytes = EncodeImage(name, image);
+    try {
+        file->Write(bytes);
+        file->Commit(true);
+        VLOG(1) << name << ": written";
+    } catch (const Error &e) {
+        const std::string place = SaveElsewhere(name, bytes);
+        if (place.empty())
+            throw;
+        throw Error(e.What()).WithRemedy("the picture was saved as \"{}\" instead", place);
+    }
+}
+
 // Seconds that reading and building the scene took.
 struct Preparation {
     double parse = 0, build = 0;
@@ -150,13 +247,51 @@ nlohmann::ordered_json StatsJson(const RenderArguments &a, const std::string &ou
     return json;
 }
 
+// Writes JSON, which must be UTF-8, of names that need not be.
+void WriteJson(const nlohmann::ordered_json &json, OutputFile *file) {
+    file->Write(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    file->Commit();
+}
+
+// A limit on threads where fewer were asked for than there are, or fewer can be started than were asked for.
+std::optional<size_t> ThreadsToUse(size_t wished) {
+    if (wished == 0)
+        return std::nullopt;
+    const size_t startable = StartableThreads(wished);
+    if (startable < wished)
+        Warning("threads", fmt::format("{} of {} threads can be started (limits of processes or of memory); "
+                                       "the render uses these",
+                                       startable, wished));
+    return startable;
+}
+
+// Says what a render that did not come to its end has left, and ends the command accordingly.
+[[noreturn]] void TellWhatIsThere(const std::string &output, const RenderStats &stats, bool hasPart,
+                                  const std::exception_ptr &failure) {
+    Tell(fmt::format("stopped after {} of {} samples per pixel; wrote {}{}", stats.sppReached, stats.spp,
+                     output, hasPart ? "; --resume goes on from " + PartName(output) : ""));
+    if (failure)
+        std::rethrow_exception(failure);
+    throw ExitStatus{128 + stoppedBy};
+}
+
+// The most bytes that the picture's file takes.
+uint64_t RoomFor(const SceneDescription &description, const RenderOptions &options) {
+    const Point2i size = Film::WindowSizeOf(description.film, {options.film.crop, options.quick});
+    const uint64_t pixel = (options.variance ? 6 : 3) * sizeof(float);
+    return static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y) * pixel + 65536; // and a header
+}
+
 void RunRender(const RenderArguments &a) {
     WarningLog warnings(a.strict);
     const WarningScope scope(&warnings);
+    InputLog inputs;
+    const InputScope noted(&inputs);
     // --threads bounds parsing and building as well as rendering
     std::optional<ThreadLimit> limit;
-    if (a.threads > 0)
-        limit.emplace(a.threads);
+    const std::optional<size_t> threads = ThreadsToUse(a.threads);
+    if (threads)
+        limit.emplace(*threads);
 
     std::optional<MemoryBudget> budget;
     if (!a.maxMemory.empty())
@@ -169,7 +304,7 @@ void RunRender(const RenderArguments &a) {
     SceneDescription description = ParseScene(AllPlugins(), a.scene);
     seconds.parse = WallSeconds() - start;
     const std::string output = OutputName(a, description);
-    CheckOutputs(output, a.stats, a.scene);
+    CheckOutputs(output, a.stats);
     ClaimFilm(description.film, {RenderOptionsOf(a).film.crop, a.quick, a.variance});
 
     VLOG(1) << a.scene << ": building";
@@ -180,34 +315,52 @@ void RunRender(const RenderArguments &a) {
     seconds.build = WallSeconds() - start;
     warnings.Flush();
 
-    VLOG(1) << a.scene << ": rendering";
+    // The outputs are opened before the render, which holds them: now all inputs are known, too
+    CatchStops();
+    OutputFile picture(output);
+    std::optional<OutputFile> statistics;
+    if (!a.stats.empty())
+        statistics.emplace(a.stats);
     RenderOptions options = RenderOptionsOf(a);
-    std::signal(SIGINT, OnInterrupt);
+    options.threads = threads.value_or(0);
+    options.checkpoints = CheckpointsOf(a, output, picture.IsPlain());
+    size_t partsWritten = 0;
+    if (options.checkpoints) {
+        options.checkpoints->written = &partsWritten;
+        options.facts = FactsOf(a, inputs, scene);
+    }
+    picture.Reserve(RoomFor(description, options));
+
+    VLOG(1) << a.scene << ": rendering";
     RenderStats stats;
     std::optional<TerminalProgress> progress;
     if (!a.quiet)
         options.progress = &progress.emplace();
+    std::exception_ptr failure;
+    options.failure = &failure;
     const Image image = Render(description, scene, options, &stats);
     progress.reset();
     warnings.Flush();
-    WriteImage(output, image);
-    VLOG(1) << output << ": written";
+    SavePicture(&picture, output, image);
+    const bool isStopped = stats.sppReached < stats.spp;
+    std::error_code ignored;
+    if (!isStopped && !failure && partsWritten > 0)
+        std::filesystem::remove(PartName(output), ignored);
 
     if (stats.nanSamples > 0)
-        std::cerr << "warning: " << stats.nanSamples << " samples were not finite and were left out\n";
-    if (!a.stats.empty())
-        WriteFileAtomically(a.stats,
-                            StatsJson(a, output, description, scene, image, seconds, stats).dump(2) + "\n");
-    if (stats.sppReached < stats.spp) {
-        fmt::print(stderr, "stopped after {} of {} samples per pixel; wrote {}\n", stats.sppReached,
-                   stats.spp, output);
-        throw ExitStatus{130};
-    }
+        Tell(fmt::format("warning: {} samples were not finite and were left out", stats.nanSamples));
+    if (statistics)
+        WriteJson(StatsJson(a, output, description, scene, image, seconds, stats), &*statistics);
+    if (failure || isStopped)
+        TellWhatIsThere(output, stats, partsWritten > 0, failure);
     if (!a.quiet)
-        fmt::print("{}: {} x {}, {} samples per pixel, {} curves; read {:.1f} s, built {:.1f} s, rendered "
-                   "{:.1f} s\n",
-                   output, image.width, image.height, stats.sppReached, scene.Curves(), seconds.parse,
-                   seconds.build, stats.renderSeconds);
+        std::cout << fmt::format(
+            "{}: {} x {}, {} samples per pixel, {} curves; read {:.1f} s, built {:.1f} s, "
+            "rendered {:.1f} s\n",
+            output, image.width, image.height, stats.sppReached, scene.Curves(), seconds.parse, seconds.build,
+            stats.renderSeconds);
+    if (stats.nanSamples > 0)
+        throw ExitStatus{1};
 }
 
 } // namespace
@@ -238,6 +391,14 @@ void AddRenderCommand(CLI::App &app) {
         ->type_name("NAME");
     c->add_flag("--variance", a->variance,
                 "add the variance of every pixel's mean as channels variance.R .G .B (.exr)");
+    c->add_option(
+         "--checkpoint", a->checkpoint,
+         "keep what is rendered in PICTURE.part, so that no kill costs more than these seconds; 0: never "
+         "(default: 60)")
+        ->check(CLI::Range(0., 1e9))
+        ->type_name("SECONDS");
+    c->add_flag("--resume", a->resume,
+                "go on from PICTURE.part, if it is there, to the same picture bit for bit");
     c->add_option("--stats", a->stats, "write times, counts and memory as JSON")->type_name("FILE.json");
     c->add_flag("--quick", a->quick, "a quarter of the resolution each way and of the samples");
     c->add_flag("-q,--quiet", a->quiet, "no progress and no closing line; warnings and errors stay");
@@ -265,10 +426,13 @@ void AddRenderCommand(CLI::App &app) {
          "and the hair's colour where the scene does not give them (default: the scene's \"string model\")")
         ->check(CLI::IsMember(models))
         ->type_name("NAME");
-    c->footer("Ctrl-C writes what there is and says how many samples it holds (exit status 130).\n"
-              "CUTICLE_ISA=sse2|avx2|avx512 chooses the instruction set of the kernels of curves and hair; "
-              "default: the best there is.\n"
-              "Example: cuticle render scenes/quickstart.pbrt --spp 64 -o head.exr --stats head.json");
+    c->footer(
+        "Ctrl-C writes what there is and says how many samples it holds (exit status 130); so do "
+        "SIGTERM, SIGHUP\nand SIGXCPU (128 and the signal's number). A part is removed when its picture "
+        "is finished.\n"
+        "CUTICLE_ISA=sse2|avx2|avx512 chooses the instruction set of the kernels of curves and hair; "
+        "default: the best there is.\n"
+        "Example: cuticle render scenes/quickstart.pbrt --spp 64 -o head.exr --stats head.json");
     c->callback([a] { RunRender(*a); });
 }
 

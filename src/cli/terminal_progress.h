@@ -16,6 +16,7 @@ class TerminalProgress : public ProgressSink {
 
   private:
     bool isTerminal_;
+    uint64_t first_ = 0;                           // samples that were there before
     double start_ = WallSeconds(), lastShown_ = 0; // lastShown_: in seconds after the start
 };
 

@@ -1,6 +1,7 @@
 #include "core/parallel.h"
 
 #include "core/error.h"
+#include "core/threads.h"
 
 #include <algorithm>
 
@@ -9,6 +10,13 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <mutex>
+#include <thread>
+#include <vector>
 #endif
 
 namespace cuticle {
@@ -17,6 +25,7 @@ namespace cuticle {
 
 void ParallelForRange(size_t count, size_t grain, const std::function<void(size_t, size_t)> &body) {
     const ThreadContext caller;
+    InputLog *const callersInputs = CurrentInputLog();
     tbb::parallel_for(tbb::blocked_range<size_t>(0, count, grain),
                       [&](const tbb::blocked_range<size_t> &piece) {
                           // A thread that waits inside a loop of its own may run this piece meanwhile: it
@@ -24,9 +33,14 @@ void ParallelForRange(size_t count, size_t grain, const std::function<void(size_
                           const ThreadContext own;
                           struct Restore {
                               const ThreadContext &context;
-                              ~Restore() { context.Apply(); }
-                          } restore{own};
+                              InputLog *inputs;
+                              ~Restore() {
+                                  context.Apply();
+                                  CurrentInputLog() = inputs;
+                              }
+                          } restore{own, CurrentInputLog()};
                           caller.Apply();
+                          CurrentInputLog() = callersInputs;
                           body(piece.begin(), piece.end());
                       });
 }
@@ -49,6 +63,41 @@ struct ThreadLimit::Impl {
 ThreadLimit::ThreadLimit(size_t threads)
     : impl_(new Impl{{tbb::global_control::max_allowed_parallelism, std::max<size_t>(1, threads)}}) {}
 
+size_t StartableThreads(size_t wanted) {
+    std::mutex heldUntilAllRun;
+    std::atomic<size_t> ready = 0;
+    std::vector<std::thread> threads;
+    {
+        const std::lock_guard lock(heldUntilAllRun);
+        try {
+            threads.reserve(wanted);
+            while (threads.size() + 1 < wanted) {
+                // The first allocation of a thread may take more addresses than its stack
+                threads.emplace_back([&] {
+                    void *volatile own = std::malloc(1000);
+                    std::free(own);
+                    ready.fetch_add(1);
+                    ready.notify_all();
+                    const std::lock_guard wait(heldUntilAllRun);
+                });
+                for (size_t seen = ready; seen < threads.size(); seen = ready)
+                    ready.wait(seen);
+            }
+        } catch (const std::exception &) { // no thread, or no memory for one
+        }
+    }
+    for (std::thread &thread : threads)
+        thread.join();
+    if (threads.size() + 1 >= wanted)
+        return wanted;
+    // The other half of the room is left for whatever else the program needs; and those of this half start
+    // now, while there is room.
+    const size_t count = (threads.size() + 1) / 2 + (threads.empty() ? 1 : 0);
+    const ThreadLimit limit(count);
+    ParallelFor(8 * count, [](size_t) { std::this_thread::sleep_for(std::chrono::milliseconds(1)); });
+    return count;
+}
+
 #else
 
 void ParallelForRange(size_t count, size_t, const std::function<void(size_t, size_t)> &body) {
@@ -58,10 +107,16 @@ void ParallelForRange(size_t count, size_t, const std::function<void(size_t, siz
 void Isolated(const std::function<void()> &f) { f(); }
 void OnThreads(size_t, const std::function<void()> &f) { f(); }
 size_t MaxThreads() { return 1; }
+size_t StartableThreads(size_t) { return 1; }
 struct ThreadLimit::Impl {};
 ThreadLimit::ThreadLimit(size_t) {}
 
 #endif
+
+InputLog *&CurrentInputLog() {
+    thread_local InputLog *current = nullptr;
+    return current;
+}
 
 ThreadLimit::~ThreadLimit() = default;
 

@@ -51,26 +51,39 @@ class InputFile {
 
 // Writes a file in pieces so that it appears whole or not at all, compressed where its name ends in .gz. It
 // is written under another name beside `filename`; Commit() renames it over the destination. Without Commit()
-// (an exception on the way, say) nothing of it is left and what stood there before stays. A link is followed;
-// a device or a pipe is written to and never replaced. All functions throw Error naming the path and the
-// system's reason.
+// (an exception on the way, say) nothing of it is left and what stood there before stays. A link is followed,
+// also one to a file that is not there yet; a device or a pipe is written to and never replaced. All
+// functions throw Error naming the path and the system's reason.
+//
+// The other name is the file's with ".cuticle-" and six characters behind it, and is locked (flock) while its
+// writer lives: what a killed run left is known by that, and the next OutputFile in the folder removes it.
 class OutputFile {
   public:
+    // Error where no file of this name can be put in place: also for one that may not be written to, a pipe
+    // that nobody reads, and a file that the InputLog of this thread has noted.
     explicit OutputFile(const std::string &filename);
     ~OutputFile();
     OutputFile(const OutputFile &) = delete;
     OutputFile &operator=(const OutputFile &) = delete;
 
+    // Sets room on the disk aside, so that so many bytes can be written later; Error where there is not as
+    // much. Filesystems that cannot do that, devices and pipes take it in silence.
+    void Reserve(uint64_t bytes);
     void Write(std::string_view bytes);
-    void Commit();
+    // Puts the file in place. onDisk: it is to be there even if the machine stops the moment after.
+    void Commit(bool onDisk = false);
     uint64_t BytesWritten() const { return bytes_; } // before compression
+    bool IsPlain() const { return isPlain_; }        // neither a device nor a pipe
 
   private:
     [[noreturn]] void Fail(const char *doing) const;
+    void OpenTemporary(bool exists, unsigned mode);
+    void OpenDevice();
     std::string filename_, target_, temporary_; // temporary_ "": none
     int fd_ = -1;
-    void *gz_ = nullptr; // zlib's handle, owns fd_ when set
+    void *gz_ = nullptr; // zlib's handle, which owns a descriptor of its own
     uint64_t bytes_ = 0;
+    bool isPlain_ = true;
 };
 
 // Writes bytes that are there already, by an OutputFile.

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/memory_budget.h"
+#include "files/file.h"
 #include "grooms/hair_file.h"
 #include "grooms/ply_strands.h"
 #include "grooms/tfx_file.h"
@@ -80,6 +81,7 @@ Groom ReadGroomFile(const std::string &filename, const GroomFileOptions &options
         Refuse(filename, std::string("cannot read: ") + std::strerror(errno));
     if (!S_ISREG(status.st_mode))
         Refuse(filename, "cannot read: not a regular file");
+    const File noted(OpenPlainFile(filename, "the file of strands"));
     std::ifstream in(filename, std::ios::binary);
     if (!in)
         Refuse(filename, std::string("cannot read: ") + std::strerror(errno));

@@ -140,7 +140,7 @@ Image ReadImage(const std::string &filename, bool decodeSRGB) {
     return DecodeImage(filename, ReadFile(filename, "the image"), decodeSRGB);
 }
 
-void WriteImage(const std::string &filename, const Image &image) {
+std::string EncodeImage(const std::string &filename, const Image &image) {
     const ImageFormat *format = FindFormat(filename);
     if (!format || !format->encode)
         FailImage(filename, "images are written as .exr or .png");
@@ -148,7 +148,11 @@ void WriteImage(const std::string &filename, const Image &image) {
         FailImage(filename, "there is no pixel to write");
     if (image.data.size() != image.Pixels() * image.Channels())
         FailImage(filename, "the image's data do not fit its size");
-    WriteFileAtomically(filename, format->encode(filename, image));
+    return format->encode(filename, image);
+}
+
+void WriteImage(const std::string &filename, const Image &image) {
+    WriteFileAtomically(filename, EncodeImage(filename, image));
 }
 
 } // namespace cuticle

@@ -57,5 +57,7 @@ Image DecodeImage(const std::string &filename, const std::string &bytes, bool de
 // sRGB of R, G, B, clamped). NaN is an Error for neither: EXR keeps it, PNG shows it magenta. The file
 // appears whole or not at all. Throws Error naming the path and the system's reason.
 void WriteImage(const std::string &filename, const Image &image);
+// The bytes of the file that WriteImage would write.
+std::string EncodeImage(const std::string &filename, const Image &image);
 
 } // namespace cuticle

@@ -91,9 +91,12 @@ SceneDescription SceneParser::Run(std::unique_ptr<TextSource> top) {
     try {
         text_.Open(std::move(top));
         ParseAll();
+        text_.CheckUnchanged();
     } catch (const Error &e) {
-        if (!options_.collectErrors)
+        if (!options_.collectErrors) {
+            text_.CheckUnchanged(); // a better reason
             throw;
+        }
         options_.collectErrors->push_back(e.what());
     }
     curves_.Finish();

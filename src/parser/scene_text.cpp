@@ -62,8 +62,14 @@ void SceneText::Include(const std::string &name, const Token &at) {
 bool SceneText::Leave() {
     if (files_.size() <= 1)
         return false;
+    files_.back().lexer->Source().CheckUnchanged();
     files_.pop_back();
     return true;
+}
+
+void SceneText::CheckUnchanged() const {
+    for (const File &file : files_)
+        file.lexer->Source().CheckUnchanged();
 }
 
 std::string Quoted(std::string_view s) { return fmt::format("\"{}\"", s.substr(0, kMaxQuoted)); }

@@ -41,6 +41,8 @@ class SceneText {
     void Include(const std::string &name, const Token &at);
     // Goes on in the file that included the top one; false when there is none.
     bool Leave();
+    // Throws Error where a file under way has changed since it was opened.
+    void CheckUnchanged() const;
     size_t BytesRead() const { return bytesRead_; } // of text, unpacked, of all files opened
 
     // Curves read of the top file, counted for the forecast of how many will come.

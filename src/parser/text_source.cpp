@@ -2,8 +2,12 @@
 
 #include "files/file.h"
 #include "files/gzip.h"
+#include "files/inputs.h"
 
+#include <atomic>
+#include <csignal>
 #include <fcntl.h>
+#include <mutex>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -16,6 +20,56 @@
 namespace cuticle {
 
 namespace {
+
+// The mapped texts of the process. A file that somebody cuts while it is mapped has no bytes behind its new
+// end, and touching them is the signal SIGBUS. Signals know no owner but the process, so this is the one
+// table that all scenes share: the handler finds the text that was touched, lays zeros over the rest of it
+// and says so. A signal from elsewhere goes to whoever handled it before.
+struct MappedText {
+    std::atomic<char *> begin = nullptr; // null: this row is free
+    std::atomic<size_t> size = 0;
+    std::atomic<bool> wasCut = false;
+};
+MappedText mappedTexts[256];
+struct sigaction busHandlerBefore;
+size_t pageSize = 4096;
+
+extern "C" void OnBusError(int, siginfo_t *info, void *) {
+    char *const at = static_cast<char *>(info->si_addr);
+    for (MappedText &text : mappedTexts) {
+        char *const begin = text.begin, *const end = begin + text.size;
+        if (!begin || at < begin || at >= end)
+            continue;
+        char *const page = at - reinterpret_cast<uintptr_t>(at) % pageSize;
+        if (::mmap(page, static_cast<size_t>(end - page), PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED,
+                   -1, 0) == MAP_FAILED)
+            break;
+        text.wasCut = true;
+        return;
+    }
+    ::sigaction(SIGBUS, &busHandlerBefore, nullptr); // and the signal comes again
+}
+
+// A free row of the table, null where there is none.
+MappedText *NewMappedText(char *begin, size_t size) {
+    static std::once_flag once;
+    std::call_once(once, [] {
+        pageSize = static_cast<size_t>(::sysconf(_SC_PAGESIZE));
+        struct sigaction action {};
+        action.sa_sigaction = OnBusError;
+        action.sa_flags = SA_SIGINFO | SA_RESTART;
+        ::sigaction(SIGBUS, &action, &busHandlerBefore);
+    });
+    for (MappedText &text : mappedTexts) {
+        char *none = nullptr;
+        if (!text.begin.compare_exchange_strong(none, begin))
+            continue;
+        text.wasCut = false;
+        text.size = size;
+        return &text;
+    }
+    return nullptr;
+}
 
 // Unpacks gzip data. fail: throws, given what is wrong with the file.
 std::string Unpack(std::string_view packed, const std::function<void(const std::string &)> &fail) {
@@ -60,19 +114,56 @@ std::unique_ptr<TextSource> TextSource::FromText(const std::string &text, const 
     return s;
 }
 
-void TextSource::Map(int fd, size_t size, const Refusal &fail) {
+// The file behind a mapped text, kept open to see whether it changes.
+struct TextSource::Mapped {
+    File file;
+    struct stat status; // as it was when it was opened
+    MappedText *row;
+    ~Mapped() { row->begin = nullptr; }
+};
+
+TextSource::TextSource() = default;
+
+bool TextSource::Map(int fd, size_t size) {
     // A file whose size is a whole number of pages has no byte behind it: lay the file over a longer stretch
     // of anonymous, zeroed memory.
-    mappedSize_ = size + 1;
-    void *m = mmap(nullptr, mappedSize_, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    void *const m = mmap(nullptr, size + 1, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (m == MAP_FAILED)
-        fail(fmt::format("does not fit into memory: {}", std::strerror(errno)));
+        return false;
     mapped_ = m;
-    if (mmap(m, size, PROT_READ, MAP_PRIVATE | MAP_FIXED, fd, 0) == MAP_FAILED)
-        fail(fmt::format("cannot be read: {}", std::strerror(errno)));
+    mappedSize_ = size + 1;
+    const int own = ::fcntl(fd, F_DUPFD_CLOEXEC, 0);
+    MappedText *const row = NewMappedText(static_cast<char *>(m), size);
+    if (row && own >= 0)
+        file_.reset(new Mapped{File(own), {}, row});
+    if (!file_ || ::fstat(fd, &file_->status) != 0 ||
+        mmap(m, size, PROT_READ, MAP_PRIVATE | MAP_FIXED, fd, 0) == MAP_FAILED) {
+        Unmap();
+        return false;
+    }
     madvise(m, size, MADV_SEQUENTIAL);
     begin_ = static_cast<const char *>(m);
     end_ = begin_ + size;
+    return true;
+}
+
+void TextSource::Unmap() {
+    if (mapped_)
+        munmap(mapped_, mappedSize_);
+    mapped_ = nullptr;
+    file_.reset();
+}
+
+void TextSource::CheckUnchanged() const {
+    struct stat now {};
+    if (!file_ ||
+        (!file_->row->wasCut && ::fstat(file_->file.fd, &now) == 0 && now.st_size == file_->status.st_size &&
+         now.st_mtim.tv_sec == file_->status.st_mtim.tv_sec &&
+         now.st_mtim.tv_nsec == file_->status.st_mtim.tv_nsec))
+        return;
+    throw Error(FileLoc{name_}, "\"{}\" was changed{} while it was read", *name_,
+                file_->row->wasCut || now.st_size < file_->status.st_size ? ", and is shorter now," : "")
+        .WithRemedy("read it again when it is whole");
 }
 
 void TextSource::ReadToEnd(int fd, const Refusal &fail) {
@@ -108,18 +199,22 @@ std::unique_ptr<TextSource> TextSource::FromFile(const std::string &filename, co
 
     std::unique_ptr<TextSource> s(new TextSource);
     s->name_ = std::make_shared<const std::string>(filename);
-    if (S_ISREG(status.st_mode) && status.st_size > 0)
-        s->Map(file.fd, static_cast<size_t>(status.st_size), fail);
-    else
+    const bool isPlain = S_ISREG(status.st_mode);
+    if (!isPlain || status.st_size == 0 || !s->Map(file.fd, static_cast<size_t>(status.st_size)))
         s->ReadToEnd(file.fd, fail);
+    NoteInput(filename, file.fd, isPlain ? "" : std::string_view(s->unpacked_));
 
     const std::string_view raw(s->begin_, static_cast<size_t>(s->end_ - s->begin_));
     if (raw.size() >= 18 && IsGzip(raw)) {
-        std::string text = Unpack(raw, fail);
-        if (s->mapped_) {
-            munmap(s->mapped_, s->mappedSize_);
-            s->mapped_ = nullptr;
+        std::string text;
+        try {
+            text = Unpack(raw, fail);
+        } catch (const Error &) {
+            s->CheckUnchanged(); // a better reason
+            throw;
         }
+        s->CheckUnchanged();
+        s->Unmap();
         s->unpacked_ = std::move(text);
         s->begin_ = s->unpacked_.c_str();
         s->end_ = s->begin_ + s->unpacked_.size();
@@ -127,10 +222,7 @@ std::unique_ptr<TextSource> TextSource::FromFile(const std::string &filename, co
     return s;
 }
 
-TextSource::~TextSource() {
-    if (mapped_)
-        munmap(mapped_, mappedSize_);
-}
+TextSource::~TextSource() { Unmap(); }
 
 void TextSource::Release(const char *upTo) {
     if (!mapped_)

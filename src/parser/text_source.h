@@ -29,6 +29,9 @@ class TextSource {
     const std::shared_ptr<const std::string> &Name() const { return name_; }
     const char *Begin() const { return begin_; }
     const char *End() const { return end_; }
+    // Throws Error where the file is no longer what it was when it was opened: text that was read from it is
+    // then worth nothing, and what was cut off reads as zeros.
+    void CheckUnchanged() const;
     // Lets the system take back the memory of what stands before `upTo` (it is read again if asked for), so
     // that a file of many gigabytes does not count as memory of ours. Does nothing for text that was unpacked
     // or handed in.
@@ -37,12 +40,15 @@ class TextSource {
   private:
     using Refusal =
         std::function<void(const std::string &)>; // throws the Error, given what is wrong with the file
-    TextSource() = default;
-    void Map(int fd, size_t size, const Refusal &fail);
-    void ReadToEnd(int fd, const Refusal &fail); // of a pipe or a device, whose size is unknown
+    TextSource();
+    bool Map(int fd, size_t size); // false: it cannot be
+    void Unmap();
+    void ReadToEnd(int fd, const Refusal &fail);
     std::shared_ptr<const std::string> name_;
     const char *begin_ = nullptr, *end_ = nullptr;
     std::string unpacked_;
+    struct Mapped;
+    std::unique_ptr<Mapped> file_; // where text is mapped
     void *mapped_ = nullptr;
     size_t mappedSize_ = 0, released_ = 0;
 };

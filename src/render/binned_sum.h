@@ -83,6 +83,27 @@ class BinnedSums {
 
     bool operator==(const BinnedSums &) const = default;
 
+    // The counters of all channels, those of a channel from its lowest bin upward, and which bin that is:
+    // what a file keeps of the sums.
+    using Counters = std::array<std::array<int64_t, Bins>, Channels>;
+    const Counters &AllCounters() const { return sums_; }
+    const std::array<uint8_t, Channels> &LowestBins() const { return lowest_; }
+    // Takes what a file kept; false, and nothing taken, where `count` numbers cannot have made it.
+    bool Restore(const Counters &counters, const std::array<uint8_t, Channels> &lowest, uint32_t count) {
+        if (count > kMaxCount)
+            return false;
+        const int64_t most = static_cast<int64_t>(count) * static_cast<int64_t>(kMask);
+        for (size_t c = 0; c < Channels; ++c) {
+            if (lowest[c] > kHighestBin)
+                return false;
+            for (const int64_t counter : counters[c])
+                if (counter > most || counter < -most)
+                    return false;
+        }
+        sums_ = counters, lowest_ = lowest;
+        return true;
+    }
+
   private:
     static constexpr unsigned kBits = 39;
     static constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
@@ -90,6 +111,8 @@ class BinnedSums {
     // Cut lies between two bins.
     static constexpr int kZero = 9 * static_cast<int>(kBits) - Cut;
     static_assert(kZero >= 298);
+    // The bin of the first digit of the largest square, below 2^256
+    static constexpr unsigned kHighestBin = (256 + kZero) / kBits;
 
     // Sees to it that the bins kept reach up to this one.
     void Raise(size_t channel, size_t highest) {

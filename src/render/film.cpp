@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace cuticle {
 
@@ -34,6 +35,18 @@ const PluginTable &FilmPlugins() {
 }
 
 Film::Film(const Entity &entity, const FilmOptions &options) {
+    ReadParams(entity, options);
+    entity.params.ReportUnused("Film \"image\"");
+    MakePixels(options.variance);
+}
+
+Point2i Film::WindowSizeOf(const Entity &entity, const FilmOptions &options) {
+    Film film;
+    film.ReadParams(entity, options);
+    return film.WindowSize();
+}
+
+void Film::ReadParams(const Entity &entity, const FilmOptions &options) {
     const ParamSet &p = entity.params;
     if (entity.type != "image")
         throw Error(p.loc, "unknown film \"{}\"", entity.type)
@@ -42,9 +55,7 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
     resolution_ = {p.FindInt("xresolution", 1280), p.FindInt("yresolution", 720)};
     if (options.quick)
         resolution_ = {std::max(1, resolution_.x / 4), std::max(1, resolution_.y / 4)};
-    // 2^28 pixels of this film take 15 GB; what is more is a slip of the pen
-    if (resolution_.x <= 0 || resolution_.y <= 0 ||
-        int64_t{resolution_.x} * resolution_.y > (int64_t{1} << 28))
+    if (resolution_.x <= 0 || resolution_.y <= 0 || int64_t{resolution_.x} * resolution_.y > kMaxPixels)
         throw Error(p.loc, "a film of {} x {} pixels cannot be made", resolution_.x, resolution_.y)
             .WithRemedy("xresolution and yresolution must be positive, at most 2^28 pixels together");
     std::array<float, 4> crop{0, 1, 0, 1};
@@ -62,10 +73,12 @@ Film::Film(const Entity &entity, const FilmOptions &options) {
     if (!(maxLuminance_ > 0))
         throw Error(p.loc, "the film's \"maxsampleluminance\" must be above 0");
     (void)p.FindFloat("diagonal", 35); // of the film in mm: only pbrt-v3's realistic camera uses it
-    p.ReportUnused("Film \"image\"");
+}
+
+void Film::MakePixels(bool variance) {
     const Point2i size = WindowSize();
     pixels_.resize(static_cast<size_t>(size.x) * static_cast<size_t>(size.y));
-    if (options.variance)
+    if (variance)
         squares_.resize(pixels_.size());
 }
 
@@ -84,6 +97,17 @@ void ClaimFilm(const Entity &entity, const FilmOptions &options) {
     ClaimMemory(
         fmt::format("the film of {} x {} pixels{}", size.x, size.y, options.variance ? " with variance" : ""),
         static_cast<uint64_t>(std::min(pixels * each, 1e18)), p.loc);
+}
+
+size_t Film::Tiles() const {
+    const auto along = [](int pixels) { return static_cast<size_t>((pixels + kFilmTile - 1) / kFilmTile); };
+    return along(WindowSize().x) * along(WindowSize().y);
+}
+
+std::pair<Point2i, Point2i> Film::TileWindow(size_t tile) const {
+    const int across = (WindowSize().x + kFilmTile - 1) / kFilmTile, number = static_cast<int>(tile);
+    const Point2i min{min_.x + number % across * kFilmTile, min_.y + number / across * kFilmTile};
+    return {min, {std::min(min.x + kFilmTile, max_.x), std::min(min.y + kFilmTile, max_.y)}};
 }
 
 // Finds the window of a crop in fractions of the picture, x0 x1 y0 y1. Throws Error where it holds no pixel.
@@ -107,49 +131,129 @@ void Film::SetWindow(const ParamSet &params, std::array<float, 4> crop) {
             .WithRemedy("give x0 < x1 and y0 < y1 between 0 and 1");
 }
 
-std::string RenderIdentity::ToString() const {
-    return fmt::format("{}, {}, {} samples per pixel, seed {}", scene, integrator, spp, seed);
+std::string RenderIdentity::Difference(const RenderIdentity &other) const {
+    const auto valueOf = [](const RenderIdentity &identity, const std::string &name) {
+        for (const auto &[n, value] : identity.facts)
+            if (n == name)
+                return value.empty() ? std::string("none") : value;
+        return std::string("not known");
+    };
+    for (const RenderIdentity *identity : {this, &other})
+        for (const auto &[name, ignored] : identity->facts)
+            if (const std::string mine = valueOf(*this, name), its = valueOf(other, name); mine != its)
+                return fmt::format("the {} is {}, not {}", name, its, mine);
+    return "";
 }
 
 void Film::Expect(const RenderIdentity &render, const SampleRange &samples) {
     render_ = render;
-    samples_ = {samples};
+    taken_ = {{samples, std::vector<uint32_t>(Tiles(), 0)}};
+}
+
+int Film::FewestDone() const {
+    uint32_t fewest = std::numeric_limits<uint32_t>::max();
+    for (size_t tile = 0; tile < Tiles(); ++tile) {
+        uint32_t done = 0;
+        for (const FilmRange &taken : taken_)
+            done += taken.done[tile];
+        fewest = std::min(fewest, done);
+    }
+    return static_cast<int>(fewest);
+}
+
+uint64_t Film::SamplesDone() const {
+    uint64_t samples = 0;
+    for (const FilmRange &taken : taken_)
+        for (size_t tile = 0; tile < taken.done.size(); ++tile) {
+            const auto [min, max] = TileWindow(tile);
+            samples += static_cast<uint64_t>((max.x - min.x) * (max.y - min.y)) * taken.done[tile];
+        }
+    return samples;
+}
+
+uint64_t Film::LeftOut() const {
+    uint64_t held = 0;
+    for (const Pixel &pixel : pixels_)
+        held += pixel.n;
+    return SamplesDone() - std::min(held, SamplesDone());
+}
+
+// A sample as the film's "maxsampleluminance" lets it in.
+Spectrum Film::Darkened(const Spectrum &radiance) const {
+    const float luminance = radiance.y();
+    return luminance > maxLuminance_ ? radiance * (maxLuminance_ / luminance) : radiance;
+}
+
+// squares: null where no variance is kept.
+void Film::Add(const Spectrum &radiance, Pixel *pixel, Squares *squares) {
+    for (size_t c = 0; c < 3; ++c) {
+        const BinaryNumber v = BinaryNumber::Of(radiance.c[c]);
+        pixel->sums.Add(c, v);
+        if (squares)
+            squares->Add(c, v.Squared());
+    }
+    ++pixel->n;
 }
 
 bool Film::Add(int x, int y, const Spectrum &radiance) {
     if (!radiance.IsFinite())
         return false;
-    Spectrum l = radiance;
-    if (const float luminance = l.y(); luminance > maxLuminance_)
-        l *= maxLuminance_ / luminance;
-    const size_t index = static_cast<size_t>(y - min_.y) * static_cast<size_t>(max_.x - min_.x) +
-                         static_cast<size_t>(x - min_.x);
-    for (size_t c = 0; c < 3; ++c) {
-        const BinaryNumber v = BinaryNumber::Of(l.c[c]);
-        pixels_[index].sums.Add(c, v);
-        if (HasVariance())
-            squares_[index].Add(c, v.Squared());
-    }
-    ++pixels_[index].n;
+    const size_t i = IndexOf(x, y);
+    Add(Darkened(radiance), &pixels_[i], HasVariance() ? &squares_[i] : nullptr);
     return true;
 }
 
-void Film::Merge(const Film &other) {
+FilmTile::FilmTile(const Film &film, size_t tile) : film_(film), number_(tile) {
+    std::tie(min_, max_) = film.TileWindow(tile);
+    pixels_.resize(static_cast<size_t>((max_.x - min_.x) * (max_.y - min_.y)));
+    if (film.HasVariance())
+        squares_.resize(pixels_.size());
+}
+
+bool FilmTile::Add(int x, int y, const Spectrum &radiance) {
+    if (!radiance.IsFinite())
+        return false;
+    const auto i = static_cast<size_t>((y - min_.y) * (max_.x - min_.x) + x - min_.x);
+    Film::Add(film_.Darkened(radiance), &pixels_[i], squares_.empty() ? nullptr : &squares_[i]);
+    return true;
+}
+
+void Film::Join(const FilmTile &tile, int count) {
+    size_t from = 0;
+    for (int y = tile.min_.y; y < tile.max_.y; ++y)
+        for (int x = tile.min_.x; x < tile.max_.x; ++x, ++from) {
+            const size_t to = IndexOf(x, y);
+            pixels_[to].sums.Add(tile.pixels_[from].sums);
+            pixels_[to].n += tile.pixels_[from].n;
+            if (HasVariance())
+                squares_[to].Add(tile.squares_[from]);
+        }
+    taken_.back().done[tile.number_] += static_cast<uint32_t>(count);
+}
+
+std::string Film::Difference(const Film &other) const {
     const auto shape = [](const Film &f) {
         return fmt::format("{} x {} pixels, window ({}, {}) to ({}, {}){}", f.resolution_.x, f.resolution_.y,
                            f.min_.x, f.min_.y, f.max_.x, f.max_.y, f.HasVariance() ? ", with variance" : "");
     };
     if (shape(*this) != shape(other))
-        throw Error("films of different shape cannot be merged: {}; {}", shape(*this), shape(other));
-    if (!(render_ == other.render_) || scale_ != other.scale_ || maxLuminance_ != other.maxLuminance_)
-        throw Error("films of different renders cannot be merged: {}; {}", render_.ToString(),
-                    other.render_.ToString());
-    for (const SampleRange &a : samples_)
-        for (const SampleRange &b : other.samples_)
-            if (std::max(a.first, b.first) < std::min(a.last, b.last))
+        return fmt::format("it has {}, not {}", shape(other), shape(*this));
+    if (scale_ != other.scale_)
+        return fmt::format("the film's scale is {}, not {}", other.scale_, scale_);
+    if (maxLuminance_ != other.maxLuminance_)
+        return fmt::format("the film's maxsampleluminance is {}, not {}", other.maxLuminance_, maxLuminance_);
+    return render_.Difference(other.render_);
+}
+
+void Film::Merge(const Film &other) {
+    if (const std::string difference = Difference(other); !difference.empty())
+        throw Error("films of different renders cannot be merged: of one of them {}", difference);
+    for (const FilmRange &a : taken_)
+        for (const FilmRange &b : other.taken_)
+            if (std::max(a.range.first, b.range.first) < std::min(a.range.last, b.range.last))
                 throw Error("films that share samples cannot be merged: both hold sample {} of each pixel",
-                            std::max(a.first, b.first));
-    samples_.insert(samples_.end(), other.samples_.begin(), other.samples_.end());
+                            std::max(a.range.first, b.range.first));
+    taken_.insert(taken_.end(), other.taken_.begin(), other.taken_.end());
     for (size_t i = 0; i < pixels_.size(); ++i) {
         pixels_[i].sums.Add(other.pixels_[i].sums);
         pixels_[i].n += other.pixels_[i].n;

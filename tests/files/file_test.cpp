@@ -2,16 +2,23 @@
 #include "files/file.h"
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "files/gzip.h"
+#include "files/inputs.h"
 
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <set>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 using namespace cuticle;
@@ -119,6 +126,164 @@ TEST_F(OutputFileTest, FailuresSayWhyAndLeaveTheOldFile) {
     EXPECT_NE(message.find(Path("a.txt")), std::string::npos) << message;
     EXPECT_EQ(Bytes(Path("a.txt")), "old");
     EXPECT_EQ(FilesInFolder(), 1u);
+}
+
+TEST_F(OutputFileTest, FollowsLinksToWhatIsNotThereYet) {
+    fs::create_directory(folder / "far");
+    fs::create_symlink("second.txt", folder / "first.txt");
+    fs::create_symlink("far/away.txt", folder / "second.txt");
+    WriteFileAtomically(Path("first.txt"), "text");
+    EXPECT_TRUE(fs::is_symlink(folder / "first.txt"));
+    EXPECT_TRUE(fs::is_symlink(folder / "second.txt"));
+    EXPECT_EQ(Bytes(Path("far/away.txt")), "text");
+    fs::create_symlink("round.txt", folder / "round.txt");
+    EXPECT_NE(MessageOf([&] { WriteFileAtomically(Path("round.txt"), "x"); }).find("symbolic links"),
+              std::string::npos);
+    fs::create_symlink("nowhere/a.txt", folder / "lost.txt");
+    EXPECT_NE(MessageOf([&] { WriteFileAtomically(Path("lost.txt"), "x"); }).find("No such file"),
+              std::string::npos);
+}
+
+TEST_F(OutputFileTest, RespectsWhatIsForbidden) {
+    WriteFileAtomically(Path("a.txt"), "kept");
+    ::chmod(Path("a.txt").c_str(), 0444); // root could write to it all the same
+    EXPECT_NE(MessageOf([&] { WriteFileAtomically(Path("a.txt"), "x"); }).find("Permission denied"),
+              std::string::npos);
+    EXPECT_EQ(Bytes(Path("a.txt")), "kept");
+    EXPECT_NE(MessageOf([&] { OutputFile file(Path(std::string(300, 'a'))); }).find("File name too long"),
+              std::string::npos);
+    WriteFileAtomically(Path(std::string(255, 'b')), "long"); // the longest name that can be
+    EXPECT_EQ(Bytes(Path(std::string(255, 'b'))), "long");
+    EXPECT_EQ(FilesInFolder(), 2u);
+    // A pipe that nobody reads; one that is read is written to
+    ASSERT_EQ(::mkfifo(Path("pipe").c_str(), 0600), 0);
+    EXPECT_NE(MessageOf([&] { OutputFile file(Path("pipe")); }).find("a pipe that nobody reads"),
+              std::string::npos);
+    const File reader(::open(Path("pipe").c_str(), O_RDONLY | O_NONBLOCK));
+    WriteFileAtomically(Path("pipe"), "flows");
+    char got[5] = {};
+    EXPECT_EQ(::read(reader.fd, got, 5), 5);
+    EXPECT_EQ(std::string_view(got, 5), "flows");
+    // Before anything is written
+    EXPECT_NE(MessageOf([&] { OutputFile file("/dev/full"); }).find("No space left"), std::string::npos);
+}
+
+TEST_F(OutputFileTest, RoomIsSetAsideAndGivenBack) {
+    OutputFile file(Path("a.txt"));
+    file.Reserve(1 << 20);
+    file.Write("few");
+    file.Commit(true);
+    EXPECT_EQ(Bytes(Path("a.txt")), "few");
+    struct stat status {};
+    ASSERT_EQ(::stat(Path("a.txt").c_str(), &status), 0);
+    EXPECT_LT(status.st_blocks * 512, 1 << 16);
+    struct statvfs disk {};
+    ASSERT_EQ(::statvfs(folder.c_str(), &disk), 0);
+    OutputFile tooMuch(Path("b.txt"));
+    const uint64_t all = disk.f_blocks * disk.f_frsize;
+    const File probe(::open(Path("probe").c_str(), O_CREAT | O_WRONLY, 0600));
+    if (::fallocate(probe.fd, FALLOC_FL_KEEP_SIZE, 0, 4096) == 0) {
+        EXPECT_NE(MessageOf([&] { tooMuch.Reserve(all); }).find("there is no room for it"),
+                  std::string::npos);
+    }
+}
+
+// A child is killed while it writes: its file is known by the lock that nobody holds, and removed; that of
+// a writer who lives stays.
+TEST_F(OutputFileTest, RemovesWhatKilledRunsLeft) {
+    OutputFile living(Path("living.txt"));
+    living.Write("some");
+    const pid_t child = ::fork();
+    if (child == 0) {
+        OutputFile *const killed = new OutputFile(Path("killed.txt"));
+        killed->Write("half of it");
+        ::raise(SIGKILL);
+    }
+    ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+    Write("notes.cuticle-old", "a user's own file");
+    EXPECT_EQ(FilesInFolder(), 3u);
+    WriteFileAtomically(Path("next.txt"), "text");
+    EXPECT_EQ(FilesInFolder(), 3u) << "living, notes, next";
+    living.Commit();
+    EXPECT_EQ(Bytes(Path("living.txt")), "some");
+    EXPECT_EQ(FilesInFolder(), 3u);
+}
+
+TEST_F(OutputFileTest, NothingReadIsOverwritten) {
+    InputLog inputs;
+    const InputScope scope(&inputs);
+    const std::string name = Write("texture.png", "pixels");
+    fs::create_symlink("texture.png", folder / "link.png");
+    fs::create_hard_link(name, Path("hard.png"));
+    ParallelFor(2, [&](size_t) { ReadFile(name, "it"); }); // threads that help note it, too
+    for (const char *other : {"texture.png", "link.png", "hard.png", "../"})
+        EXPECT_NE(MessageOf([&] { OutputFile file(Path(other)); }), "") << other;
+    EXPECT_NE(
+        MessageOf([&] { OutputFile file(Path("link.png")); }).find("cannot overwrite what is read here"),
+        std::string::npos);
+    WriteFileAtomically(Path("other.png"), "x");
+    EXPECT_EQ(Bytes(name), "pixels");
+    {
+        const InputScope nobody(nullptr);
+        WriteFileAtomically(name, "new");
+    }
+    EXPECT_EQ(Bytes(name), "new");
+}
+
+class InputLogTest : public FileTest {};
+
+TEST_F(InputLogTest, TheDigestIsOfNamesAndContents) {
+    fs::create_directory(folder / "here");
+    fs::create_directory(folder / "there");
+    const auto digest = [&](const std::string &in, const std::string &a, const std::string &b) {
+        const std::string first = Write(in + "/a", a), second = Write(in + "/b", b);
+        InputLog log;
+        const InputScope scope(&log);
+        ReadFile(first, "it");
+        ReadFile(second, "it");
+        return log.Digest(Path(in));
+    };
+    // Two pieces, which are read apart
+    const std::string big = std::string((16 << 20) + 5, 'x'), one = digest("here", "1", big);
+    EXPECT_EQ(one.size(), 32u);
+    EXPECT_EQ(digest("there", "1", big), one) << "a scene that was moved is the same";
+    std::string other = big;
+    other.back() = 'y';
+    EXPECT_NE(digest("here", "1", other), one);
+    EXPECT_NE(digest("here", "1", big + '\0'), one);
+    EXPECT_NE(digest("here", "2", "1"), digest("here", "1", "2")) << "contents that changed places";
+
+    InputLog log;
+    const InputScope scope(&log);
+    const std::string name = Write("here/c", "before");
+    ReadFile(name, "it");
+    Write("here/c", "behind that");
+    EXPECT_NE(MessageOf([&] { log.Digest(Path("here")); }).find("was changed while"), std::string::npos);
+}
+
+TEST(ContentHash, DependsOnBytesAndNotOnTheirPieces) {
+    const std::string text = SomeText(1000);
+    ContentHash whole;
+    whole.Add(text);
+    for (const size_t n : {1u, 7u, 32u, 100u}) {
+        ContentHash pieces;
+        for (size_t at = 0; at < text.size(); at += n)
+            pieces.Add(std::string_view(text).substr(at, n));
+        EXPECT_EQ(pieces.Hex(), whole.Hex()) << n;
+    }
+    // No two of all texts of up to 70 bytes of one kind, with one other byte at most, are alike
+    std::set<std::string> seen;
+    size_t texts = 0;
+    for (size_t size = 0; size <= 70; ++size)
+        for (size_t other = 0; other <= size; ++other, ++texts) {
+            std::string t(size, '\0');
+            if (other < size)
+                t[other] = 1;
+            ContentHash hash;
+            hash.Add(t);
+            seen.insert(hash.Hex());
+        }
+    EXPECT_EQ(seen.size(), texts);
 }
 
 TEST_F(GzipTest, ComesBackWhateverThePieces) {

@@ -1,3 +1,5 @@
+#include "parser/text_source.h"
+
 #include "parser/test_scenes.h"
 
 #include <gtest/gtest.h>
@@ -7,7 +9,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <random>
+#include <unistd.h>
 
 namespace cuticle {
 namespace {
@@ -24,6 +28,73 @@ std::string Gzip(const std::string &text) {
     out.resize(z.total_out);
     deflateEnd(&z);
     return out;
+}
+
+// A file of many pages that is cut while it is mapped: zeros, an error, and no signal that ends the program.
+TEST(TextSource, AFileThatIsCutIsAnError) {
+    const std::string name = testing::TempDir() + fmt::format("cuticle_cut_{}.pbrt", ::getpid());
+    for (const off_t size : {off_t{0}, off_t{5000}, off_t{1} << 20}) {
+        std::ofstream(name) << std::string(4 << 20, '#');
+        const auto source = TextSource::FromFile(name, {}), other = TextSource::FromFile(name, {});
+        source->CheckUnchanged();
+        ASSERT_EQ(::truncate(name.c_str(), size), 0);
+        EXPECT_EQ(source->End() - source->Begin(), 4 << 20);
+        EXPECT_EQ(source->End()[-1], 0); // with the signal, at first
+        EXPECT_EQ(source->Begin()[size + 4096], 0);
+        for (const TextSource *s : {source.get(), other.get()})
+            try {
+                s->CheckUnchanged();
+                ADD_FAILURE() << size;
+            } catch (const Error &e) {
+                EXPECT_EQ(std::string(e.what()),
+                          name + ": error: \"" + name +
+                              "\" was changed, and is shorter now, while it was read; read "
+                              "it again when it is whole");
+            }
+    }
+    std::filesystem::remove(name);
+}
+
+// The same in the middle of parsing: the warning at the beginning of the text is when it happens.
+TEST(Parser, AFileThatIsCutWhileItIsReadIsAnError) {
+    const std::string name = testing::TempDir() + fmt::format("cuticle_cut_{}.pbrt", ::getpid());
+    struct Cut : WarningSink {
+        void Warn(const FileLoc &, const std::string &, const std::string &) override {
+            ++warnings;
+            if (change)
+                change();
+        }
+        std::function<void()> change;
+        int warnings = 0;
+    } sink;
+    const WarningScope scope(&sink);
+    const std::string head =
+        "MakeNamedMedium \"m\" \"string type\" \"homogeneous\" MediumInterface \"\" \"m\"\nWorldBegin\n";
+    std::string text = head;
+    while (text.size() < (4 << 20))
+        text += "Translate 1 2 3 # and so on\nShape \"sphere\"\n";
+    const auto parse = [&](const std::function<void()> &change) {
+        std::ofstream(name) << text;
+        sink.change = change;
+        sink.warnings = 0;
+        std::string message;
+        try {
+            ParseScene(TestPlugins(), name);
+        } catch (const Error &e) {
+            message = e.what();
+        }
+        EXPECT_GT(sink.warnings, 0);
+        return message;
+    };
+    EXPECT_EQ(parse({}), "");
+    for (const off_t size : {off_t{0}, off_t{10000}, static_cast<off_t>(text.size()) - 1})
+        EXPECT_NE(
+            parse([&] { ASSERT_EQ(::truncate(name.c_str(), size), 0); }).find("was changed, and is shorter"),
+            std::string::npos)
+            << size;
+    EXPECT_NE(parse([&] { std::ofstream(name, std::ios::app) << "# more"; }).find("was changed while"),
+              std::string::npos);
+    std::filesystem::remove(name);
 }
 
 TEST(Parser, IncludesAreRelativeToTheTopFile) {

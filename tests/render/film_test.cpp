@@ -135,7 +135,7 @@ TEST(Film, PartsMergeToTheWhole) {
         s = RandomNumbers(kSamples, 30, true, &rng);
     const auto takeRange = [&](size_t first, size_t last) {
         Film film = MakeFilm(size, options);
-        film.Expect({"random", "", kSamples, 0}, {static_cast<int>(first), static_cast<int>(last)});
+        film.Expect({{{"scene", "random"}}}, {static_cast<int>(first), static_cast<int>(last)});
         for (size_t pixel = 0; pixel < samples.size(); ++pixel)
             for (size_t s = first; s < last; ++s) {
                 const float x = samples[pixel][s];
@@ -186,7 +186,7 @@ TEST(Film, PartsMergeToTheWhole) {
 }
 
 TEST(Film, RefusesToMergeWhatIsNotOnePicture) {
-    const RenderIdentity render{"scene", "path", 16, 1};
+    const RenderIdentity render{{{"scene", "a"}, {"seed", "1"}}};
     const auto film = [&](int width, const FilmOptions &options, const RenderIdentity &identity,
                           SampleRange samples, const std::string &more = "") {
         Film f = MakeFilm("\"integer xresolution\" " + std::to_string(width) + " \"integer yresolution\" 4 " +
@@ -204,10 +204,10 @@ TEST(Film, RefusesToMergeWhatIsNotOnePicture) {
     const Film wrong[] = {film(8, {}, render, {8, 16}),
                           film(4, {.crop = half}, render, {8, 16}),
                           film(4, {.variance = true}, render, {8, 16}),
-                          film(4, {}, {"another scene", "path", 16, 1}, {8, 16}),
-                          film(4, {}, {"scene", "whitted", 16, 1}, {8, 16}),
-                          film(4, {}, {"scene", "path", 32, 1}, {8, 16}),
-                          film(4, {}, {"scene", "path", 16, 2}, {8, 16}),
+                          film(4, {}, {{{"scene", "b"}, {"seed", "1"}}}, {8, 16}),
+                          film(4, {}, {{{"scene", "a"}, {"seed", "2"}}}, {8, 16}),
+                          film(4, {}, {{{"scene", "a"}}}, {8, 16}),
+                          film(4, {}, {{{"scene", "a"}, {"seed", "1"}, {"more", "x"}}}, {8, 16}),
                           film(4, {}, render, {8, 16}, "\"float scale\" 2"),
                           film(4, {}, render, {8, 16}, "\"float maxsampleluminance\" 2"),
                           film(4, {}, render, {7, 16})};
