@@ -211,10 +211,14 @@ class CommandLine(unittest.TestCase):
             self.fails("render", self.scene(text), says=says)
 
         bad(SCENE.replace("Shape", "Shpae"), ["bad.pbrt:5:1: error:", "Shape"])
-        bad(SCENE.replace('"hair"', '"hiar"'), ["bad.pbrt:4:", "hair"])
-        bad(SCENE.replace('"curve"', '"curv"'), ["bad.pbrt:5:", "curve"])
-        bad(SCENE.replace('"infinite"', '"infinte"'), ["bad.pbrt:4:", "infinite"])
-        bad(SCENE.replace('"float width" .2', '"float width" "thick"'), "bad.pbrt:5:")
+        for name, wrong, says in [('"hair"', '"hiar"', ["bad.pbrt:4:", "hair"]), ('"curve"', '"curv"', ["bad.pbrt:5:", "curve"]),
+                                  ('"infinite"', '"infinte"', ["bad.pbrt:4:", "infinite"]),
+                                  ('"float width" .2', '"float width" "thick"', ["bad.pbrt:5:"])]:
+            text = self.scene(SCENE.replace(name, wrong))  # pbrt-v3 goes on after these
+            run = self.ok("render", text, "-o", "a.exr")
+            for part in says:
+                self.assertIn(part, run.stderr)
+            self.fails("render", text, "-o", "a.exr", "--strict", says=says)
         bad(SCENE.replace('"perspective"', '"prespective"'), ["bad.pbrt:1:", "perspective"])
         bad(SCENE.replace('"halton"', '"haltn"'), ["bad.pbrt:3:", "halton"])
         bad(SCENE.replace('"image"', '"rgb"'), "v4")
@@ -251,7 +255,7 @@ class CommandLine(unittest.TestCase):
         self.ends_soon(SCENE[:40], "bad.pbrt:")
         self.ends_soon(world + "AttributeBegin\n" * 1000000, "nested")
         self.ends_soon(world + "TransformBegin AttributeBegin " * 500000, "nested")
-        self.ends_soon(world + 'ObjectBegin "a"\n' * 1000000, "bad.pbrt:6:1: error:")
+        self.ends_soon(world + 'ObjectBegin "a"\n' * 1000000, "nested")
         self.ends_soon(world + 'Shape "sphere" "float radius" ' + "[" * 1000000, "bad.pbrt:5:")
         self.ends_soon(world + 'Shape "sphere" "float radius" 1e999', "out of range")
         self.ends_soon(world + 'Shape "sphere" "float radius" ' + "9" * 100, "out of range")
@@ -293,7 +297,7 @@ class CommandLine(unittest.TestCase):
         self.ends_soon('Include "other.pbrt"', ["other.pbrt:1:", "includes itself"])
         os.symlink("bad.pbrt", self.path / "link.pbrt")
         self.ends_soon('Include "link.pbrt"', "includes itself")
-        self.ends_soon('Include "vanished.pbrt"', ["bad.pbrt:1:9: error:", "vanished.pbrt", "No such file"])
+        self.ends_soon('Include "vanished.pbrt"', ["bad.pbrt:1:9: warning:", "vanished.pbrt", "No such file", "without a WorldBegin"])
         self.ends_soon('Include "."', ["bad.pbrt:1:9: error:", "folder"])
         os.mkfifo(self.path / "pipe.pbrt")
         for suffix in [".exr", ".ply", ".hair", ".spd"]:
@@ -303,7 +307,69 @@ class CommandLine(unittest.TestCase):
         for line in ['Shape "plymesh" "string filename" "pipe.ply"', 'Shape "hairfile" "string filename" "pipe.hair"',
                      'LightSource "infinite" "string mapname" "pipe.exr"', 'Material "matte" "spectrum Kd" "pipe.spd"',
                      'Texture "t" "color" "imagemap" "string filename" "pipe.exr"']:
-            self.ends_soon(SCENE.replace("WorldEnd", line + "\nWorldEnd"), ["bad.pbrt:6:", "not a"])
+            self.scene(SCENE.replace("WorldEnd", line + "\nWorldEnd"))
+            self.fails("render", "bad.pbrt", "-o", "a.exr", "--strict", says=["bad.pbrt:6:", "not a"])
+
+    def test_nothing_reaches_the_terminal_raw(self):
+        """Neither names of files nor the scene's words move a cursor or turn the direction of what is written."""
+        evil = "\x1b]0;owned\x07\x9b31m\u202e\nerror: forged"
+        (self.path / evil).mkdir()
+        scene = f"{evil}/\u2066s.pbrt"
+        (self.path / scene).write_text(SCENE.replace('"hair"', '"hair\x1b[2J\u202e"') + '\x1b[31m')
+        os.mkdir(os.fsencode(self.path) + b"/\xff\xfe")
+        for words in [["render", scene, "-o", f"{evil}/\u202ea.exr", "--spp", "1"], ["render", scene, "--strict"], ["render", evil],
+                      ["compare", evil, evil], ["convert", evil, "a.png"], ["groom", "from", evil, "-o", "a.pbrt"], [evil],
+                      ["features", evil], ["features", "Material", evil], ["render", "scene.pbrt", "--integrator", evil],
+                      ["render", "scene.pbrt", "--" + evil], ["render", "scene.pbrt", "--spp", evil], ["figure", evil], ["chart", evil],
+                      ["render", "scene.pbrt", "-o", evil + "/no/a.exr"], ["render", b"\xff\xfe"], ["convert", b"\xff\xfe", "a.png"]]:
+            run = subprocess.run([PROGRAM, *words], cwd=self.path, capture_output=True, timeout=60)
+            out = run.stdout + run.stderr
+            text = out.decode()  # valid UTF-8
+            for bad in "\x1b\x07\x9b\u202e\u2066\x7f":
+                self.assertNotIn(bad, text, words)
+
+    def test_a_sandbox_holds_all_files(self):
+        box = self.path / "box"
+        box.mkdir()
+        (self.path / "outside.pbrt").write_text('Shape "sphere"')
+        (self.path / "outside.spd").write_text("400 1 700 1")
+        self.ok("render", "scene.pbrt", "-o", "outside.exr", "--spp", "1")
+        before = (self.path / "outside.exr").read_bytes()
+        os.symlink("../outside.exr", box / "link.exr")
+        os.symlink("..", box / "up")
+        os.symlink("../new.exr", box / "dangling.exr")
+        secrets = ["../outside", "up/outside", str(self.path / "outside")]
+        (box / "s.pbrt").write_text(SCENE)
+        self.ok("render", "--sandbox", "box", "box/s.pbrt", "-o", "box/a.exr", "--spp", "1")
+        self.ok("render", "box/s.pbrt", "-o", "box/b.exr", "--spp", "1", "--sandbox", box)
+
+        def refused(text, *words):
+            (box / "s.pbrt").write_text(text)
+            self.fails("render", "box/s.pbrt", "--sandbox", "box", "--spp", "1", *(words or ["-o", "box/a.exr"]), says="sandbox")
+
+        for name in secrets + ["link"]:
+            for line in ['Include "{}.pbrt"', 'Texture "t" "color" "imagemap" "string filename" "{}.exr"',
+                         'LightSource "infinite" "string mapname" "{}.exr"', 'Shape "plymesh" "string filename" "{}.ply"',
+                         'Shape "hairfile" "string filename" "{}.hair"', 'Material "matte" "spectrum Kd" "{}.spd"']:
+                if name != "link" or ".exr" in line:
+                    refused(SCENE.replace("WorldEnd", line.format(name) + "\nWorldEnd"))
+            refused(SCENE.replace("Sampler", f'Film "image" "string filename" "{name if name[0] == "/" else "box/" + name}.exr" Sampler'), "-q")
+        refused(SCENE, "-o", "box/dangling.exr")
+        refused(SCENE, "-o", "a.exr")
+        refused(SCENE, "-o", "box/a.exr", "--stats", "stats.json")
+        self.fails("render", "scene.pbrt", "--sandbox", "box", "-o", "box/a.exr", says="sandbox")
+        self.fails("render", "scene.pbrt", "--sandbox", "nowhere", says="is no folder")
+        self.assertEqual((self.path / "outside.exr").read_bytes(), before)
+        self.assertFalse((self.path / "new.exr").exists())
+
+    def test_numbers_out_of_range(self):
+        for words in [["--seed", "-1"], ["--seed", "1e30"], ["--seed", "18446744073709551616"], ["--seed", "x"], ["--spp", "0"], ["--spp", "-1"],
+                      ["--spp", "1e99"], ["--spp", "99999999999"], ["--threads", "0"], ["--threads", "-1"], ["--threads", "99999999999"],
+                      ["--crop", "nan", "1", "0", "1"], ["--crop", "0", "1", "0"], ["--crop", "inf", "1", "0", "1"], ["--crop", "2", "3", "0", "1"]]:
+            run = self.run_program("render", "scene.pbrt", "-o", "a.exr", *words)
+            self.assertEqual(run.returncode, 1, words)
+            self.assertNotEqual(run.stderr, "", words)
+        self.ok("render", "scene.pbrt", "-o", "a.exr", "--spp", "1", "--seed", "9007199254740992")
         self.fails("render", "/dev/zero", says="binary")
         self.fails("render", ".", says="folder")
 
@@ -368,7 +434,7 @@ class CommandLine(unittest.TestCase):
         run = subprocess.run([sys.executable, script, self.path, PROGRAM], capture_output=True, text=True, timeout=60)
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
         for row in ["| scene.pbrt | whole |  |", '| deep/warned.pbrt | with warnings | Material "hair" has no use for parameter "bta_m" |',
-                    "| refused.pbrt | refused | refused.pbrt:5:1: error:", "| lacking.pbrt | lacks files | lacking.pbrt:1:9: error:"]:
+                    "| refused.pbrt | refused | refused.pbrt:5:1: error:", "| lacking.pbrt | lacks files | cannot open \""]:
             self.assertIn(row, run.stdout)
         self.assertTrue(run.stdout.endswith("1 part of a scene\n"), run.stdout)
 

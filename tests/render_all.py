@@ -46,7 +46,8 @@ def render(program, file, folder, arguments):
     if lost:
         return "FAILED", f"{lost} samples were not finite", seconds
     warnings = [re.sub(r"^.*?warning: ", "", line) for line in lines if "warning: " in line and "more of this kind" not in line]
-    return ("with warnings" if warnings else "whole"), "; ".join(warnings), seconds
+    lacks = any("No such file" in line for line in warnings)
+    return ("lacks files" if lacks else "with warnings" if warnings else "whole"), "; ".join(warnings), seconds
 
 
 def main():

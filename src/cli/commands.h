@@ -3,6 +3,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cstdint>
+
 namespace cuticle {
 
 // Thrown by a command that has done its work and ends with a status other than 0 (a comparison beyond its
@@ -15,6 +17,9 @@ struct ExitStatus {
 // work is spent on it; names a folder all the same if it ends in a slash. files: what may stand there, or
 // what the folder gets, for the message. Throws Error.
 void CheckFolderName(const std::string &folder, const std::string &files);
+
+// The largest --seed: a double, as which pictures and JSON keep it, holds it exactly.
+inline constexpr uint64_t kMaxSeed = uint64_t{1} << 53;
 
 void AddRenderCommand(CLI::App &app);
 void AddGroomCommand(CLI::App &app);

@@ -205,6 +205,7 @@ void AddMeasurementOptions(CLI::App *c, const std::shared_ptr<GoniometerArgument
         ->capture_default_str()
         ->group("Measurement");
     c->add_option("--seed", a->measurement.seed, "of the random numbers")
+        ->check(CLI::Range(uint64_t{0}, kMaxSeed))
         ->capture_default_str()
         ->group("Measurement");
     c->add_option("--orders", a->measurement.orders, "kinds of paths to tell apart: R, TT, TRT, ...")

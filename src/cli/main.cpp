@@ -3,6 +3,7 @@
 #include "core/check.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "core/threads.h"
 #include "files/inputs.h"
 
@@ -87,16 +88,23 @@ static int Run(int argc, char **argv) {
     app.add_option("-v,--verbosity", verbosity, "tell what is under way: 1, phases (default: 0, nothing)")
         ->check(CLI::Range(0, 9))
         ->type_name("N");
+    std::string sandboxFolder;
+    std::optional<cuticle::SandboxScope> sandbox;
+    app.add_option("--sandbox", sandboxFolder,
+                   "read and write no file outside of this folder: for a stranger's scene")
+        ->type_name("DIR");
     // Before any command runs
     std::optional<cuticle::ThreadLimit> threads;
     cuticle::InputLog inputs; // of the command; no output is written over one of them
     const cuticle::InputScope noted(&inputs);
     app.parse_complete_callback([&] {
         cuticle::StartLog("cuticle", logFile, verbosity);
+        if (!sandboxFolder.empty())
+            sandbox.emplace(sandboxFolder);
         OutliveWrites();
         LimitThreads(&threads);
     });
-    app.fallthrough(); // these two may also stand behind the command
+    app.fallthrough(); // these may also stand behind the command
     cuticle::AddRenderCommand(app);
     cuticle::AddGroomCommand(app);
     cuticle::AddCompareCommand(app);
@@ -121,7 +129,7 @@ static int Run(int argc, char **argv) {
         std::cerr << "error: not enough memory\n";
         return 1;
     } catch (const std::exception &e) {
-        std::cerr << "error: " << e.what() << "\n";
+        std::cerr << "error: " << cuticle::Printable(e.what()) << "\n";
         return 1;
     }
     return 0;
@@ -143,6 +151,7 @@ static bool OutputIsWhole() {
 
 int main(int argc, char **argv) {
     try {
+        const cuticle::PrintableOutput out(&std::cout), error(&std::cerr);
         const int status = Run(argc, argv);
         return OutputIsWhole() || status != 0 ? status : 1;
     } catch (...) {

@@ -7,6 +7,7 @@
 #include "core/isa.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "core/threads.h"
 #include "fibers/hair_lanes.h"
 #include "files/file.h"
@@ -59,7 +60,7 @@ void CatchStops() {
 }
 
 // Prints on standard error, or does not: a terminal that is gone costs no picture.
-void Tell(const std::string &text) { std::fputs((text + "\n").c_str(), stderr); }
+void Tell(const std::string &text) { std::fputs((Printable(text) + "\n").c_str(), stderr); }
 
 double PeakMegabytes() {
     rusage usage{};
@@ -357,8 +358,8 @@ void RunRender(const RenderArguments &a) {
         std::cout << fmt::format(
             "{}: {} x {}, {} samples per pixel, {} curves; read {:.1f} s, built {:.1f} s, "
             "rendered {:.1f} s\n",
-            output, image.width, image.height, stats.sppReached, scene.Curves(), seconds.parse, seconds.build,
-            stats.renderSeconds);
+            Printable(output), image.width, image.height, stats.sppReached, scene.Curves(), seconds.parse,
+            seconds.build, stats.renderSeconds);
     if (stats.nanSamples > 0)
         throw ExitStatus{1};
 }
@@ -386,6 +387,7 @@ void AddRenderCommand(CLI::App &app) {
         ->expected(4)
         ->type_name("x0 x1 y0 y1");
     c->add_option("--seed", a->seed, "seed of the random numbers; another seed, another noise (default: 0)")
+        ->check(CLI::Range(uint64_t{0}, kMaxSeed))
         ->type_name("N");
     c->add_option("--integrator", a->integrator, "path, directlighting or whitted (default: the scene's)")
         ->type_name("NAME");

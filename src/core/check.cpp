@@ -1,6 +1,7 @@
 #include "core/check.h"
 
 #include "core/error.h"
+#include "core/printable.h"
 
 #include <cstdio>
 #include <fstream>
@@ -23,7 +24,7 @@ CheckContext::~CheckContext() { innermost = outer_; }
 std::string CheckContexts() {
     std::string text;
     for (const CheckContext *c = innermost; c; c = c->outer_)
-        text += c->describe_() + "\n";
+        text += Printable(c->describe_()) + "\n";
     return text;
 }
 

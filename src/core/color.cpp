@@ -295,7 +295,7 @@ Spectrum BlackbodyToRGB(double kelvin, double scale) {
     // - exp(-x)).
     constexpr double c2 = 1.438776877e7; // h c / k in nm K
     constexpr double xMax = 4.965114231744276;
-    const auto logPlanck = [](double x) { return 5 * std::log(x) - x - std::log1p(-std::exp(-x)); };
+    const auto logPlanck = [](double x) { return 5 * std::log(x) - x - std::log(-std::expm1(-x)); };
     std::vector<double> lambda, values;
     for (int l = lambdaMin; l <= lambdaMax; ++l) {
         lambda.push_back(l);

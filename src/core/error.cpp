@@ -1,8 +1,11 @@
 #include "core/error.h"
 
+#include "core/printable.h"
+
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <vector>
 
@@ -13,6 +16,7 @@ namespace {
 // The innermost scopes of this thread set these; ThreadContext carries them to threads that help.
 thread_local const FileLoc *currentPlace = nullptr;
 thread_local WarningSink *currentSink = nullptr;
+thread_local const std::string *currentSandbox = nullptr;
 
 // The place of something that happened at loc: loc itself or, where that is not known, the directive under
 // way.
@@ -25,13 +29,9 @@ std::string UsedAt(const FileLoc &loc) {
     return fmt::format(" (used at {})", currentPlace->ToString());
 }
 
-// Words of a damaged file stand in messages: no byte of them may move the cursor or end the text.
-std::string Printable(std::string text) {
-    for (char &c : text)
-        if ((static_cast<unsigned char>(c) < 32 && c != '\n') || c == 127)
-            c = c == '\t' ? ' ' : '?';
-    return text;
-}
+// Longer names are neither compared nor shown whole: nobody types them, and both would take time and room.
+constexpr size_t kMaxSuggested = 60;
+constexpr size_t kMaxListed = 100; // names
 
 // Levenshtein's distance: insertions, deletions and replacements that turn a into b.
 size_t EditDistance(std::string_view a, std::string_view b) {
@@ -51,13 +51,21 @@ size_t EditDistance(std::string_view a, std::string_view b) {
 }
 
 // The part of a source line around the column, and a caret under it. Long lines (a million numbers on one
-// line are real) are cut.
+// line are real) are cut, between two characters.
 std::string QuotedLine(std::string_view line, uint32_t column1) {
     constexpr size_t kAround = 60;
-    const size_t column = column1 > 0 ? column1 - 1 : 0;
-    const size_t begin = column > kAround ? column - kAround : 0;
-    const std::string_view shown = line.substr(std::min(begin, line.size()), 2 * kAround);
-    return fmt::format("\n    {}\n    {}^", Printable(std::string(shown)), std::string(column - begin, ' '));
+    const auto isInside = [&](size_t at) {
+        return at < line.size() && (static_cast<unsigned char>(line[at]) & 0xc0) == 0x80;
+    };
+    const size_t column = std::min<size_t>(column1 > 0 ? column1 - 1 : 0, line.size());
+    size_t begin = column > kAround ? column - kAround : 0, end = std::min(begin + 2 * kAround, line.size());
+    for (int i = 0; i < 3 && begin < column && isInside(begin); ++i)
+        ++begin;
+    for (int i = 0; i < 3 && end > column && isInside(end); ++i)
+        --end;
+    const std::string before = Printable(line.substr(begin, column - begin));
+    return fmt::format("\n    {}{}\n    {}^", before, Printable(line.substr(column, end - column)),
+                       std::string(Columns(before), ' '));
 }
 
 } // namespace
@@ -65,9 +73,10 @@ std::string QuotedLine(std::string_view line, uint32_t column1) {
 std::string FileLoc::ToString() const {
     if (!file)
         return "";
+    const std::string name = Printable(*file);
     if (line == 0)
-        return *file;
-    return column == 0 ? fmt::format("{}:{}", *file, line) : fmt::format("{}:{}:{}", *file, line, column);
+        return name;
+    return column == 0 ? fmt::format("{}:{}", name, line) : fmt::format("{}:{}:{}", name, line, column);
 }
 
 PlaceScope::PlaceScope(const FileLoc &loc) : loc_(loc), outer_(currentPlace) { currentPlace = &loc_; }
@@ -76,8 +85,19 @@ PlaceScope::~PlaceScope() { currentPlace = outer_; }
 WarningScope::WarningScope(WarningSink *sink) : outer_(currentSink) { currentSink = sink; }
 WarningScope::~WarningScope() { currentSink = outer_; }
 
-ThreadContext::ThreadContext() : sink_(currentSink), place_(currentPlace) {}
-void ThreadContext::Apply() const { currentSink = sink_, currentPlace = place_; }
+SandboxScope::SandboxScope(const std::string &folder) : outer_(currentSandbox) {
+    std::error_code failure;
+    const std::filesystem::path real = std::filesystem::canonical(folder, failure);
+    if (failure || !std::filesystem::is_directory(real, failure))
+        throw Error("the sandbox \"{}\" is no folder", folder);
+    folder_ = real == "/" ? "/" : real.string() + "/";
+    currentSandbox = &folder_;
+}
+SandboxScope::~SandboxScope() { currentSandbox = outer_; }
+const std::string *SandboxScope::Folder() { return currentSandbox; }
+
+ThreadContext::ThreadContext() : sink_(currentSink), place_(currentPlace), sandbox_(currentSandbox) {}
+void ThreadContext::Apply() const { currentSink = sink_, currentPlace = place_, currentSandbox = sandbox_; }
 
 Error::Error(const FileLoc &place, std::string what)
     : place_(PlaceOf(place)), what_(std::move(what)), usedAt_(UsedAt(place_)) {
@@ -91,9 +111,25 @@ Error &&Error::WithRemedy(std::string remedy) && {
 }
 
 Error &&Error::WithSourceLine(std::string_view line) && {
-    sourceLine_ = line;
+    quotedLine_ = line.empty() ? "" : QuotedLine(line, place_.column);
     Print();
     return std::move(*this);
+}
+
+Error &&Error::WithPbrtInstead(std::string instead) && {
+    instead_ = std::move(instead);
+    return std::move(*this);
+}
+
+Error &&Error::Finally() && {
+    isFinal_ = true;
+    return std::move(*this);
+}
+
+void Error::GoOnAsPbrt(const std::string &kind) const {
+    if (instead_.empty() || isFinal_)
+        throw *this;
+    Warning(place_, kind, fmt::format("{}; {}, as by pbrt-v3", what_, instead_));
 }
 
 std::string Error::Message() const {
@@ -105,9 +141,7 @@ std::string Error::Message() const {
 
 void Error::Print() {
     const std::string where = place_.ToString();
-    printed_ = where + (where.empty() ? "" : ": ") + "error: " + Printable(Message()) + usedAt_;
-    if (!sourceLine_.empty())
-        printed_ += QuotedLine(sourceLine_, place_.column);
+    printed_ = where + (where.empty() ? "" : ": ") + "error: " + Printable(Message()) + usedAt_ + quotedLine_;
 }
 
 void WarningLog::Warn(const FileLoc &place, const std::string &kind, const std::string &message) {
@@ -147,14 +181,24 @@ void Warning(const std::string &kind, const std::string &message) { Warning(File
 std::string Suggestion(std::string_view name, const std::string_view *names, size_t count) {
     std::string_view best;
     size_t bestDistance = 1 + name.size() / 3;
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t i = 0; i < count && name.size() <= kMaxSuggested; ++i) {
+        const size_t length = names[i].size(); // the distance is at least the difference in length
+        if (length > kMaxSuggested ||
+            std::max(length, name.size()) - std::min(length, name.size()) > bestDistance)
+            continue;
         const size_t d = EditDistance(name, names[i]);
         if (d <= bestDistance && (best.empty() || d < bestDistance))
             best = names[i], bestDistance = d;
     }
     if (!best.empty())
         return fmt::format("Did you mean \"{}\"?", best);
-    return fmt::format("Known are: {}.", fmt::join(names, names + count, ", "));
+    std::vector<std::string> listed;
+    for (size_t i = 0, bytes = 0; i < count && i < kMaxListed && bytes < 20 * kMaxSuggested; ++i) {
+        const bool isLong = names[i].size() > kMaxSuggested;
+        listed.push_back(std::string(names[i].substr(0, kMaxSuggested)) + (isLong ? "..." : ""));
+        bytes += isLong ? listed.back().size() : 0;
+    }
+    return fmt::format("Known are: {}{}.", fmt::join(listed, ", "), listed.size() < count ? ", ..." : "");
 }
 
 } // namespace cuticle

@@ -19,7 +19,7 @@ namespace cuticle {
 struct FileLoc {
     std::shared_ptr<const std::string> file;
     uint32_t line = 0, column = 0;
-    std::string ToString() const; // "file:line:col", as much of it as is known
+    std::string ToString() const; // "file:line:col" to be read, as much of it as is known
 };
 
 // Wrong input: where, what is wrong, and what would be right. The program prints what() and exits with status
@@ -50,6 +50,18 @@ class Error : public std::exception {
     // Quotes the line of the source below the message, with a caret under the place's column.
     Error &&WithSourceLine(std::string_view line) &&;
 
+    // Notes that pbrt-v3 prints a message here and goes on, and what it does instead ("the shape is left
+    // out").
+    Error &&WithPbrtInstead(std::string instead) &&;
+    template <typename Arg, typename... Args>
+    Error &&WithPbrtInstead(fmt::format_string<Arg, Args...> format, Arg &&arg, Args &&...args) && {
+        return std::move(*this).WithPbrtInstead(fmt::vformat(format, fmt::make_format_args(arg, args...)));
+    }
+    // Is thrown whatever pbrt-v3 does: nobody goes on after this one.
+    Error &&Finally() &&;
+    // Goes on as pbrt-v3 does, with a Warning of this kind; where pbrt-v3 does not, throws this again.
+    void GoOnAsPbrt(const std::string &kind) const;
+
     const FileLoc &Place() const { return place_; }
     const std::string &What() const { return what_; }
     const std::string &Remedy() const { return remedy_; }
@@ -60,9 +72,11 @@ class Error : public std::exception {
 
   private:
     void Print();
+    bool isFinal_ = false;
     FileLoc place_;
-    std::string what_, remedy_, sourceLine_;
-    std::string usedAt_; // the directive under way that made another file be read
+    std::string what_, remedy_, instead_;
+    std::string quotedLine_; // and a caret under the column
+    std::string usedAt_;     // the directive under way that made another file be read
     std::string printed_;
 };
 
@@ -122,7 +136,24 @@ class WarningLog : public WarningSink {
 void Warning(const FileLoc &loc, const std::string &kind, const std::string &message);
 void Warning(const std::string &kind, const std::string &message);
 
-// A thread that helps another takes this over from it: sink and place. Copies share nothing that changes.
+// While it lives, this thread (and those that help it in ParallelFor) opens no file outside of a folder:
+// scenes of strangers are read so. files/file.h keeps to it. Throws Error where the folder is none.
+class SandboxScope {
+  public:
+    explicit SandboxScope(const std::string &folder);
+    ~SandboxScope();
+    SandboxScope(const SandboxScope &) = delete;
+    SandboxScope &operator=(const SandboxScope &) = delete;
+    // The folder of the innermost scope, without links and with a slash at its end; null: there is none.
+    static const std::string *Folder();
+
+  private:
+    std::string folder_;
+    const std::string *outer_;
+};
+
+// A thread that helps another takes this over from it: sink, place, sandbox. Copies share nothing that
+// changes.
 class ThreadContext {
   public:
     ThreadContext();    // of this thread
@@ -132,10 +163,11 @@ class ThreadContext {
   private:
     WarningSink *sink_;
     const FileLoc *place_;
+    const std::string *sandbox_;
 };
 
 // "Did you mean "x"?" for the name nearest to `name` by edit distance, or "Known are: a, b, c." when none is
-// near. names: the valid ones.
+// near. names: the valid ones. Long names are not compared and are cut.
 std::string Suggestion(std::string_view name, const std::string_view *names, size_t count);
 
 } // namespace cuticle

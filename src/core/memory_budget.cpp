@@ -28,7 +28,8 @@ void MemoryBudget::Claim(const std::string &what, uint64_t bytes, const FileLoc 
         return;
     const std::string place = largestLoc_.file ? " (" + largestLoc_.ToString() + ")" : "";
     throw Error(loc, "{} of memory would be needed, and --max-memory allows {}; most of it, {}, is for {}{}",
-                ByteSizeText(claimed_), ByteSizeText(limit_), ByteSizeText(largest_), largestWhat_, place);
+                ByteSizeText(claimed_), ByteSizeText(limit_), ByteSizeText(largest_), largestWhat_, place)
+        .Finally();
 }
 
 MemoryBudgetScope::MemoryBudgetScope(MemoryBudget *budget) : outer_(std::exchange(budgetOfThread, budget)) {}

@@ -90,6 +90,25 @@ bool FollowLinks(std::string *name) {
 
 } // namespace
 
+std::string AllowedPath(const std::string &filename) {
+    const std::string *const sandbox = SandboxScope::Folder();
+    if (!sandbox)
+        return filename;
+    namespace fs = std::filesystem;
+    std::error_code failure;
+    const fs::path path = fs::weakly_canonical(fs::absolute(filename, failure), failure);
+    const auto refuse = [&](const char *why) {
+        throw Error("\"{}\" is not opened: {} the sandbox \"{}\"", filename, why, *sandbox).Finally();
+    };
+    if (failure || !(path.string() + "/").starts_with(*sandbox))
+        refuse("it is outside of");
+    // What is left of links leads nowhere now, and may lead anywhere once it is written to
+    for (fs::path part = path; part.string().size() >= sandbox->size(); part = part.parent_path())
+        if (fs::is_symlink(part, failure))
+            refuse("a link on its way leads nowhere yet, and has no place in");
+    return path.string();
+}
+
 File::~File() {
     if (fd >= 0)
         ::close(fd);
@@ -100,7 +119,7 @@ int OpenPlainFile(const std::string &filename, const std::string &what) {
         Fail(filename, fmt::format("cannot open {}: {}", what, why));
     };
     // Without O_NONBLOCK a pipe that nobody writes to is waited for
-    const int fd = ::open(filename.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    const int fd = ::open(AllowedPath(filename).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0)
         fail(std::strerror(errno));
     struct stat status {};
@@ -162,7 +181,7 @@ void OutputFile::Fail(const char *doing) const {
     cuticle::Fail(filename_, fmt::format("cannot {}: {}", doing, std::strerror(errno)));
 }
 
-OutputFile::OutputFile(const std::string &filename) : filename_(filename), target_(filename) {
+OutputFile::OutputFile(const std::string &filename) : filename_(filename), target_(AllowedPath(filename)) {
     struct stat status {};
     const bool exists = ::stat(filename.c_str(), &status) == 0;
     if (!exists && errno != ENOENT)
@@ -315,7 +334,7 @@ void WriteFileAtomically(const std::string &filename, const std::string &bytes) 
 
 void MakeFolder(const std::string &folder) {
     std::error_code failure;
-    std::filesystem::create_directories(folder, failure);
+    std::filesystem::create_directories(AllowedPath(folder), failure);
     if (failure || !std::filesystem::is_directory(folder))
         throw Error("cannot make the folder \"{}\"{}", folder, failure ? ": " + failure.message() : "");
 }

@@ -20,6 +20,11 @@ struct File {
     File &operator=(const File &) = delete;
 };
 
+// The path under which a file may be opened: its name or, in a SandboxScope, what that leads to without
+// links. Throws Error (finally: nobody goes on) where this is outside of the sandbox. All that opens files
+// asks it.
+std::string AllowedPath(const std::string &filename);
+
 // Opens a plain file for reading; the caller closes the descriptor. `what` stands in the message ("the
 // image"). Throws Error naming the file and the system's reason; also for a folder, a device or a pipe, by
 // which a scene could make the program wait or read without end.

@@ -76,13 +76,14 @@ double MeanLength(const Groom &groom) {
 
 Groom ReadGroomFile(const std::string &filename, const GroomFileOptions &options) {
     const float width = options.width;
+    const std::string path = AllowedPath(filename);
     struct stat status {};
-    if (stat(filename.c_str(), &status) != 0)
+    if (stat(path.c_str(), &status) != 0)
         Refuse(filename, std::string("cannot read: ") + std::strerror(errno));
     if (!S_ISREG(status.st_mode))
         Refuse(filename, "cannot read: not a regular file");
     const File noted(OpenPlainFile(filename, "the file of strands"));
-    std::ifstream in(filename, std::ios::binary);
+    std::ifstream in(path, std::ios::binary);
     if (!in)
         Refuse(filename, std::string("cannot read: ") + std::strerror(errno));
     // Look at the first bytes before the rest is read: a wrong file may be huge.

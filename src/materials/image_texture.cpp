@@ -107,9 +107,16 @@ const Image &TextureContext::ReadOnce(const std::string &filename, const FileLoc
     auto [at, isNew] = images_.try_emplace(filename);
     if (isNew) {
         try {
+            const PlaceScope here(loc);
+            if (filename.empty())
+                throw Error("Texture \"imagemap\" needs \"string filename\"");
             at->second = ReadImage(filename, false);
         } catch (const Error &e) {
-            throw ErrorAtLine(loc, "the texture's image cannot be used: {}", e.Message());
+            Error(e)
+                .WithPbrtInstead("a grey of 0.5 takes the place of the texture's image")
+                .GoOnAsPbrt("texture without its image");
+            at->second = Image(1, 1, {"R", "G", "B"});
+            at->second.data = {0.5f, 0.5f, 0.5f};
         }
     }
     return at->second;
@@ -125,13 +132,13 @@ TexturePtr<T> MakeImageMap(const TextureEntity &e, TextureContext &b) {
     const std::string wrapName = p.FindString("wrap", "repeat");
     const auto found = std::find(kImageWraps.begin(), kImageWraps.end(), wrapName);
     if (found == kImageWraps.end())
-        throw ErrorAtLine(LocOf(p, "wrap"), "there is no wrap mode \"{}\"", wrapName)
-            .WithRemedy(Suggestion(wrapName, kImageWraps.data(), kImageWraps.size()));
-    const ImageWrap wrap = static_cast<ImageWrap>(found - kImageWraps.begin());
+        Warning(LocOf(p, "wrap"), "unknown wrap mode",
+                fmt::format("there is no wrap mode \"{}\"; the image repeats, as in pbrt-v3. {}", wrapName,
+                            Suggestion(wrapName, kImageWraps.data(), kImageWraps.size())));
+    const ImageWrap wrap =
+        found == kImageWraps.end() ? ImageWrap::Repeat : static_cast<ImageWrap>(found - kImageWraps.begin());
 
     const std::string filename = p.FindFilename("filename");
-    if (filename.empty())
-        throw ErrorAtLine(LocOf(p, "filename"), "Texture \"imagemap\" needs \"string filename\"");
     const float scale = p.FindFloat("scale", 1);
     const bool gamma = p.FindBool("gamma", HoldsEncodedValues(filename));
     auto &texels = b.TexelCache<T>()[{filename, gamma, scale}];

@@ -252,20 +252,20 @@ TexturePtr<T> MakeTexture(const TextureEntity &e, TextureContext &context) {
     return std::make_shared<FiniteTexture<T>>(std::move(texture), e);
 }
 
-// The texture that a parameter names: index is its number among those of type T, other that among those of
-// the other type; -1: none of that name. Error at the parameter where there is none of type T.
+// The texture that a parameter names: index is its number among those of type T; -1: none of that name and
+// type, for which pbrt-v3 takes the default. Then a Warning, and null.
 template <class T>
-const TexturePtr<T> &Bound(const Param &p, int index, int other, const std::vector<TexturePtr<T>> &textures) {
-    const std::string name = p.strings.empty() ? p.name : p.strings[0];
-    const bool isFloat = std::is_same_v<T, float>;
-    if (index < 0 && other >= 0)
-        throw ErrorAtLine(p.loc, "texture \"{}\" is declared as {}, but \"{}\" needs a {} texture", name,
-                          isFloat ? "spectrum" : "float", p.name, isFloat ? "float" : "spectrum");
+TexturePtr<T> Bound(const Param &p, int index, const std::vector<TexturePtr<T>> &textures) {
     const auto at = static_cast<size_t>(index);
-    if (index < 0 || at >= textures.size())
-        throw ErrorAtLine(p.loc, "there is no texture \"{}\"", name)
-            .WithRemedy("a Texture directive must declare it before its use");
-    return textures[at];
+    if (index >= 0 && at < textures.size())
+        return textures[at];
+    const char *type = std::is_same_v<T, float> ? "float" : "spectrum";
+    Warning(
+        p.loc, "texture of another type",
+        fmt::format("texture \"{}\" is no {} texture, as \"{}\" needs; that is left at its default, as in "
+                    "pbrt-v3",
+                    p.strings.empty() ? p.name : p.strings[0], type, p.name));
+    return nullptr;
 }
 
 // Measures how textures are made of others, since evaluating one evaluates those below it: a chain of
@@ -332,16 +332,20 @@ TextureTable::TextureTable(const std::vector<TextureEntity> &floatTextures,
 
 std::shared_ptr<const Texture<float>>
 TextureTable::GetFloatTexture(const ParamSet &params, std::string_view name, float defaultValue) const {
-    if (const Param *p = params.Find(name, ParamType::Texture))
-        return Bound<float>(*p, p->floatTexture, p->spectrumTexture, floats_);
+    if (const Param *p = params.Find(name, ParamType::Texture)) {
+        auto texture = Bound<float>(*p, p->floatTexture, floats_);
+        return texture ? texture : Constant(defaultValue);
+    }
     return Constant(params.FindFloat(name, defaultValue));
 }
 
 std::shared_ptr<const Texture<Spectrum>>
 TextureTable::GetSpectrumTexture(const ParamSet &params, std::string_view name,
                                  const Spectrum &defaultValue) const {
-    if (const Param *p = params.Find(name, ParamType::Texture))
-        return Bound<Spectrum>(*p, p->spectrumTexture, p->floatTexture, spectra_);
+    if (const Param *p = params.Find(name, ParamType::Texture)) {
+        auto texture = Bound<Spectrum>(*p, p->spectrumTexture, spectra_);
+        return texture ? texture : Constant(defaultValue);
+    }
     return Constant(params.FindSpectrum(name, defaultValue));
 }
 

@@ -78,8 +78,10 @@ std::unique_ptr<TextureMapping2D> MakeMapping(const TextureEntity &e) {
     if (type != "spherical" && type != "cylindrical") {
         static constexpr std::array<std::string_view, 4> kMappings = {"uv", "spherical", "cylindrical",
                                                                       "planar"};
-        throw ErrorAtLine(LocOf(p, "mapping"), "there is no texture mapping \"{}\"", type)
-            .WithRemedy(Suggestion(type, kMappings.data(), kMappings.size()));
+        Warning(LocOf(p, "mapping"), "unknown texture mapping",
+                fmt::format("there is no texture mapping \"{}\"; it is \"uv\", as in pbrt-v3. {}", type,
+                            Suggestion(type, kMappings.data(), kMappings.size())));
+        return std::make_unique<UVMapping2D>(1.f, 1.f, 0.f, 0.f);
     }
     if (e.ctm.IsSingular())
         throw ErrorAtLine(LocOf(p, "mapping"), "a {} mapping needs a transformation that can be inverted",

@@ -167,9 +167,10 @@ bool CurveReader::TryFast(const char *word) {
     for (scanner.Skip(); *scanner.Cursor() == '"'; scanner.Skip())
         if (!scanner.TakeParameter(&c))
             return false;
-    // A statement ends where the next directive begins; anything else is for the general reader to judge.
+    // A statement ends where the next directive begins; anything else is for the general reader to judge,
+    // as is the end of an included file, behind which more of it may come.
     const char *const p = scanner.Cursor();
-    if (!(scanner.AtEnd() || (*p >= 'A' && *p <= 'Z')))
+    if (!((scanner.AtEnd() && !text_.IsIncluded()) || (*p >= 'A' && *p <= 'Z')))
         return false;
     if (c.hasN != (c.type == CurveType::Ribbon) || (state_.InObject() && state_.attributes.areaLight >= 0))
         return false;
@@ -191,7 +192,11 @@ class CurveParams {
     [[noreturn]] void Fail(std::string_view name, fmt::format_string<Args...> format, Args &&...args) const {
         const Param *p = params_.Find(name);
         const std::string message = fmt::vformat(format, fmt::make_format_args(args...));
-        text_.Fail(p ? text_.PlaceOf(word_, *p) : word_.begin, message);
+        try {
+            text_.Fail(p ? text_.PlaceOf(word_, *p) : word_.begin, message);
+        } catch (const Error &e) { // pbrt-v3 has a message for each
+            throw Error(e).WithPbrtInstead("the curve is left out");
+        }
     }
     // Null when it is not given. how: as it is written, for the message.
     const Param *Typed(std::string_view name, std::initializer_list<ParamType> types,
@@ -253,7 +258,7 @@ void CurveReader::Read(const ParamSet &params, const Token &word, int material) 
     const CurveParams in(&text_, params, word);
     const Param *P = in.Typed("P", {ParamType::Point3}, "\"point P\" [ x y z ... ]");
     if (!P)
-        text_.Fail(word, "Shape \"curve\" needs control points, \"point P\" [ x y z ... ]");
+        in.Fail("P", "Shape \"curve\" needs control points, \"point P\" [ x y z ... ]");
     c.P = in.Triples("P", "point P", *P);
     c.hasWidth = in.Number("width", "\"float width\" value", &c.width);
     c.hasWidth0 = in.Number("width0", "\"float width0\" value", &c.width0);
@@ -281,7 +286,7 @@ void CurveReader::Read(const ParamSet &params, const Token &word, int material) 
         }
     }
     if (c.type == CurveType::Ribbon && !c.hasN)
-        text_.Fail(word, "a curve of type \"ribbon\" needs \"normal N\", one at each end of each segment");
+        in.Fail("N", "a curve of type \"ribbon\" needs \"normal N\", one at each end of each segment");
     std::string error;
     if (!Emit(c, &error))
         text_.Fail(word, "Shape \"curve\": {}", error);
@@ -401,7 +406,7 @@ uint32_t CurveReader::GroupIndex(const CurveGroup &group, const char *at) {
     if (index == UINT32_MAX) {
         index = static_cast<uint32_t>(scene_.curveGroups.size());
         scene_.curveGroups.push_back(group);
-        scene_.curveGroups.back().loc = text_.lexer().Loc(at);
+        scene_.curveGroups.back().loc = text_.Loc(at);
         candidates.push_back(index);
     }
     lastGroup_ = group;

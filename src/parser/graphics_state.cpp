@@ -29,9 +29,7 @@ void ScopedNames::Restore(size_t mark) {
 
 void GraphicsState::BeginWorld(const Token &word) {
     if (inWorld_)
-        text_.Fail(word, "a second WorldBegin");
-    if (!blocks_.empty())
-        text_.Fail(word, "WorldBegin inside the block opened at {}", blocks_.back().loc.ToString());
+        return text_.Complain(word, "second WorldBegin", "a second WorldBegin; it is ignored, as by pbrt-v3");
     inWorld_ = true;
     ctm_ = {};
     ++transformVersion_;
@@ -39,25 +37,32 @@ void GraphicsState::BeginWorld(const Token &word) {
     NameSpace("world");
 }
 
-void GraphicsState::RequireWorld(const Token &word) {
+bool GraphicsState::RequireWorld(const Token &word) {
     if (!inWorld_)
-        text_.Fail(word, "{} belongs between WorldBegin and WorldEnd, and WorldBegin has not come yet",
-                   word.text);
+        text_.Complain(word, fmt::format("{} before WorldBegin", word.text),
+                       "{} belongs between WorldBegin and WorldEnd, and WorldBegin has not come yet; it is "
+                       "ignored, as by pbrt-v3",
+                       word.text);
+    return inWorld_;
 }
 
-void GraphicsState::BeginBlock(const Token &word, BlockKind kind) {
-    RequireWorld(word);
+bool GraphicsState::BeginBlock(const Token &word, BlockKind kind) {
+    if (!RequireWorld(word))
+        return false;
     if (blocks_.size() >= kMaxBlockDepth)
         text_.Fail(word, "blocks are nested {} deep here: {} without its end?", kMaxBlockDepth, word.text);
     blocks_.push_back({kind, text_.Loc(word), attributes, names.Mark(), ctm_, active_});
+    return true;
 }
 
 void GraphicsState::EndBlock(const Token &word, BlockKind kind) {
-    RequireWorld(word);
+    if (!RequireWorld(word))
+        return;
     if (blocks_.empty()) {
-        if (text_.missingFile)
-            return;
-        text_.Fail(word, "{} without {}Begin", word.text, NameOf(kind));
+        if (!text_.missingFile)
+            text_.Complain(word, fmt::format("{} without {}Begin", word.text, NameOf(kind)),
+                           "{} without {}Begin; it is ignored, as by pbrt-v3", word.text, NameOf(kind));
+        return;
     }
     const Block &b = blocks_.back();
     if (b.kind != kind)
@@ -114,8 +119,10 @@ void GraphicsState::UseSpace(const std::string &name, const Token &at) {
         ctm_ = it->second;
         ++transformVersion_;
     } else if (!text_.missingFile) {
-        text_.Fail(at, "no coordinate system {} has been named{}", Quoted(name),
-                   SuggestFrom(name, {&coordinateSystems_}));
+        text_.Complain(
+            at, "unknown coordinate system",
+            "no coordinate system {} has been named, and the transformation stays, as in pbrt-v3{}",
+            Quoted(name), text_.SuggestOnce("unknown coordinate system", name, {&coordinateSystems_}));
     }
 }
 

@@ -43,7 +43,7 @@ using TransformPair = std::array<Transform, 2>;
 
 enum class BlockKind { Attribute, Transform, Object };
 
-// Throws Errors at the word of the directive.
+// Throws Errors at the word of the directive; what pbrt-v3 ignores is a Warning, and nothing changes.
 class GraphicsState {
   public:
     explicit GraphicsState(SceneText *text) : text_(*text) {}
@@ -64,12 +64,12 @@ class GraphicsState {
         return {material, InObject() ? -1 : attributes.areaLight, attributes.reverseOrientation};
     }
 
-    // WorldBegin, and an Error unless it has come.
+    // WorldBegin. RequireWorld: false, and a Warning, unless it has come: the directive is ignored.
     void BeginWorld(const Token &word);
     bool InWorld() const { return inWorld_; }
-    void RequireWorld(const Token &word);
+    bool RequireWorld(const Token &word);
 
-    void BeginBlock(const Token &word, BlockKind kind);
+    bool BeginBlock(const Token &word, BlockKind kind); // false: ignored
     void EndBlock(const Token &word, BlockKind kind);
     bool InBlock() const { return !blocks_.empty(); }
     // At the end of the scene, `before` in words: "" or what is wrong with the blocks that have no end;
@@ -90,7 +90,7 @@ class GraphicsState {
     // The camera's space gets its name from the current transformation, world to camera.
     void NameCameraSpace() { coordinateSystems_["camera"] = {ctm_[0].Inverse(), ctm_[1].Inverse()}; }
     void NameSpace(const std::string &name) { coordinateSystems_[name] = ctm_; }
-    // CoordSysTransform; `at` for the Error that there is none of this name.
+    // CoordSysTransform; a Warning at `at` where there is none of this name.
     void UseSpace(const std::string &name, const Token &at);
 
   private:

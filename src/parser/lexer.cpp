@@ -6,6 +6,7 @@
 #include <cfloat>
 #include <cmath>
 #include <cstring>
+#include <functional>
 
 namespace cuticle {
 
@@ -86,20 +87,26 @@ void Lexer::ReleaseNow() {
 }
 
 FileLoc Lexer::Loc(const char *at) const {
-    if (at < knownAt_) {
+    if (at < knownLineStart_) {
         // Step back over the lines between, which are few as a rule.
-        knownLine_ -= static_cast<uint32_t>(std::count(at, knownAt_, '\n'));
-        knownAt_ = at;
+        knownLine_ -= static_cast<uint32_t>(std::count(at, knownLineStart_, '\n'));
         knownLineStart_ = at;
         while (knownLineStart_ > source_->Begin() && knownLineStart_[-1] != '\n')
             --knownLineStart_;
-    }
-    while (const void *newline = std::memchr(knownAt_, '\n', static_cast<size_t>(at - knownAt_))) {
-        knownAt_ = knownLineStart_ = static_cast<const char *>(newline) + 1;
-        ++knownLine_;
+    } else if (at > knownAt_) {
+        // Nothing between the start of the line and the last place ends a line.
+        while (const void *newline = std::memchr(knownAt_, '\n', static_cast<size_t>(at - knownAt_))) {
+            knownAt_ = knownLineStart_ = static_cast<const char *>(newline) + 1;
+            ++knownLine_;
+        }
     }
     knownAt_ = at;
     return {source_->Name(), knownLine_, static_cast<uint32_t>(at - knownLineStart_) + 1};
+}
+
+bool Lexer::Holds(const char *at) const {
+    const std::less_equal<const char *> isBefore; // of pointers into different texts too
+    return isBefore(source_->Begin(), at) && isBefore(at, end_);
 }
 
 std::string_view Lexer::Line(const char *at) const {

@@ -47,11 +47,14 @@ class Lexer {
             ReleaseNow();
     }
 
-    // Line and column of a byte of the text; takes time as the bytes between it and the last place asked for.
+    // Line and column of a byte of the text; takes time as the bytes between it and the last place asked
+    // for, and going back to an earlier line as that line, but never as the line that both stand on.
     FileLoc Loc(const char *at) const;
     // The line that holds a byte, without its end, cut 200 bytes behind `at`.
     std::string_view Line(const char *at) const;
     [[noreturn]] void Fail(const char *at, const std::string &message) const;
+    // Whether this byte, or the end, is of this text.
+    bool Holds(const char *at) const;
     // The text of a string token with its escapes (\n \t \" \\ ...) replaced.
     std::string Unescape(const Token &string) const;
 

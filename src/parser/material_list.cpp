@@ -8,6 +8,8 @@ namespace cuticle {
 
 namespace {
 
+constexpr int kMatte = 0; // the first material of a scene
+
 // The content of a material as bytes, equal for equal content.
 std::string ContentKey(const MaterialEntity &m) {
     std::string key = m.type;
@@ -65,12 +67,10 @@ void MaterialList::Choose(const std::string &name, const Token &at) {
     if (it != names.end()) {
         state_.attributes.material = it->second;
     } else if (!text_.missingFile) {
-        // Scenes that people share do this, and pbrt-v3 renders them; so it is no Error. Only the first is
-        // told with the names that it may have meant, which takes time as there are names.
-        const bool isFirst = !std::exchange(unknownMaterial_, true);
-        Warning(text_.Loc(at), "unknown named material",
-                fmt::format("no material {} has been defined here; the current one stays, as in pbrt-v3{}",
-                            Quoted(name), isFirst ? SuggestFrom(name, {&names}) : ""));
+        // Scenes that people share do this, and pbrt-v3 renders them
+        text_.Complain(at, "unknown named material",
+                       "no material {} has been defined here; the current one stays, as in pbrt-v3{}",
+                       Quoted(name), text_.SuggestOnce("unknown named material", name, {&names}));
     }
 }
 
@@ -81,14 +81,22 @@ void MaterialList::ResolveMix(const Token &word, MaterialEntity *material) {
     static constexpr std::array<const char *, 2> kNames{"namedmaterial1", "namedmaterial2"};
     for (size_t i = 0; i < 2; ++i) {
         const Param *p = material->params.Find(kNames[i], ParamType::String);
-        if (!p || p->strings.size() != 1)
-            text_.Fail(word, "a material \"mix\" needs \"string {}\"", kNames[i]);
-        const auto it = names.find(p->strings[0]);
-        if (it != names.end())
+        const std::string name = p && p->strings.size() == 1 ? p->strings[0] : "";
+        if (const auto it = names.find(name); it != names.end()) {
             material->mixed[i] = it->second;
-        else if (!text_.missingFile)
-            text_.Fail(text_.PlaceOf(word, *p), "no material {} has been defined here{}",
-                       Quoted(p->strings[0]), SuggestFrom(p->strings[0], {&names}));
+            continue;
+        }
+        material->mixed[i] = kMatte;
+        if (text_.missingFile)
+            continue;
+        if (name.empty())
+            text_.Complain(word, "mix without its materials",
+                           "a material \"mix\" needs \"string {}\"; matte takes its place, as in pbrt-v3",
+                           kNames[i]);
+        else
+            text_.Complain(text_.PlaceOf(word, *p), "unknown material of a mix",
+                           "no material {} has been defined here; matte takes its place, as in pbrt-v3{}",
+                           Quoted(name), text_.SuggestOnce("unknown material of a mix", name, {&names}));
     }
 }
 

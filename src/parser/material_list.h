@@ -26,7 +26,8 @@ class MaterialList {
     // Makes the material of this name the current one. A name that is not known is a Warning, and the current
     // one stays.
     void Choose(const std::string &name, const Token &at);
-    // Finds the two materials that a "mix" names; an Error at the place of the one that is missing.
+    // Finds the two materials that a "mix" names; matte takes the place of one that is missing, with a
+    // Warning.
     void ResolveMix(const Token &word, MaterialEntity *material);
     // pbrt-v3 looks for a material's parameters among the shape's first. Gives the current material, or a
     // copy that has the shape's values. shape: its row, whose own parameters stay its own; null: not known.
@@ -38,7 +39,6 @@ class MaterialList {
     const PluginTable *rows_;
     std::vector<MaterialEntity> &materials_;
     std::unordered_map<std::string, int> indexByContent_;
-    bool unknownMaterial_ = false; // one that is not there has been warned of
 };
 
 } // namespace cuticle

@@ -16,7 +16,8 @@ namespace cuticle {
 
 enum class SpectrumSpelling { None, RGB, XYZ, Blackbody, Samples };
 
-// Throws Errors at the token that is wrong.
+// Throws Errors at the token that is wrong. What pbrt-v3 prints a message about and leaves out is a
+// Warning, and left out.
 class ParamReader {
   public:
     // names: the textures that parameters may name.
@@ -47,18 +48,22 @@ class ParamReader {
 
     void ReadNumbers(const Token &word, std::string_view what, bool brackets, double *values, size_t count);
     void ReadParam(ParamSet *set);
-    Reading ReadDeclaration();
+    bool ReadDeclaration(Reading *r);
     void ReadValues(Reading *r);
     void ReadBracketedValues(Reading *r);
     bool TakeValue(const Token &t, Reading *r);
     void ReadNumberArray(std::vector<double> *numbers);
-    void CheckValues(Reading *r);
-    void ReadBools(Reading *r);
-    void BindTexture(Reading *r);
+    // Each says whether the parameter counts.
+    bool CheckValues(Reading *r);
+    bool Convert(Reading *r);
+    bool ReadBools(Reading *r);
+    bool BindTexture(Reading *r);
     void Add(Reading &&r, ParamSet *set);
 
     // The spellings of a spectrum, each replaced by triples of linear RGB.
-    void ToSpectrum(Reading *r);
+    bool ToSpectrum(Reading *r);
+    // Leaves out the values behind the last whole group of `size`, with a Warning; false where none is left.
+    bool WholeGroups(size_t size, std::string_view what, std::vector<double> *in, const Reading &r);
     void FromBlackbodies(const std::vector<double> &in, Reading *r);
     void FromSamples(const std::vector<double> &in, Reading *r);
     void FromSpectrumFiles(Reading *r);

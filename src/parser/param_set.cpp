@@ -49,35 +49,55 @@ template <typename... Args>
         .WithSourceLine(SourceLine(p.loc));
 }
 
+// Warns of what pbrt-v3 passes over: the parameter does not count, or not all of it.
+template <typename... Args>
+void Complain(const Param &p, const std::string &kind, fmt::format_string<Args...> format, Args &&...args) {
+    p.used = true;
+    Warning(p.loc, kind, fmt::vformat(format, fmt::make_format_args(args...)));
+}
+
 // Finds the parameter of that name, which must be of one of the types; null when there is none. The message
 // recommends the first type.
 const Param *Require(const ParamSet &set, std::string_view name, std::initializer_list<ParamType> types) {
     const Param *p = set.Find(name);
     if (!p)
         return nullptr;
-    if (std::find(types.begin(), types.end(), p->type) == types.end())
-        Fail(*p, "\"{0}\" is given as {1}; it must be \"{2} {0}\"", p->name, TypeName(p->type),
-             TypeName(*types.begin()));
+    if (std::find(types.begin(), types.end(), p->type) == types.end()) {
+        Complain(*p, "parameter of another type",
+                 "\"{0}\" is given as {1}; it must be \"{2} {0}\", and is ignored, as by pbrt-v3", p->name,
+                 TypeName(p->type), TypeName(*types.begin()));
+        return nullptr;
+    }
     p->used = true;
     return p;
 }
 
-// Refuses any other number of values than `count`.
-void RequireCount(const Param &p, size_t given, size_t count, const char *what) {
+// False for any other number of values than `count`.
+bool HasCount(const Param &p, size_t given, size_t count, const char *what) {
     if (given != count)
-        Fail(p, "\"{}\" must have {}, not {} {}", p.name, what, given, given == 1 ? "value" : "values");
+        Complain(p, "wrong number of values", "\"{}\" must have {}, not {} {}; it is ignored, as by pbrt-v3",
+                 p.name, what, given, given == 1 ? "value" : "values");
+    return given == count;
 }
 
-void RequireMultiple(const Param &p, size_t size) {
+// How many whole groups of `size` numbers there are.
+size_t WholeGroups(const Param &p, size_t size) {
     if (p.numbers.size() % size != 0)
-        Fail(p, "\"{}\" has {} numbers, which is no multiple of {}", p.name, p.numbers.size(), size);
+        Complain(
+            p, "numbers in excess",
+            "\"{}\" has {} numbers, which is no multiple of {}; those in excess are ignored, as by pbrt-v3",
+            p.name, p.numbers.size(), size);
+    return p.numbers.size() / size;
 }
 
 int ToInt(const Param &p, double v) {
-    if (v != std::floor(v))
-        Fail(p, "\"{}\" must be a whole number", p.name);
     if (!(v >= std::numeric_limits<int>::min() && v <= std::numeric_limits<int>::max()))
-        Fail(p, "\"{}\" is out of range (an integer has 32 bits)", p.name);
+        Fail(p, "\"{}\" is {:g}, which is out of range (an integer has 32 bits)", p.name, v);
+    if (v != std::trunc(v))
+        Complain(p, "integer with a fraction",
+                 "\"{}\" is {:g}, and must be a whole number; {:g} is taken, as by "
+                 "pbrt-v3",
+                 p.name, v, std::trunc(v));
     return static_cast<int>(v);
 }
 
@@ -89,9 +109,9 @@ std::vector<Point3f> Triples(const Param *p) {
     std::vector<Point3f> r;
     if (!p)
         return r;
-    RequireMultiple(*p, 3);
-    r.reserve(p->numbers.size() / 3);
-    for (size_t i = 0; i < p->numbers.size() / 3; ++i)
+    const size_t count = WholeGroups(*p, 3);
+    r.reserve(count);
+    for (size_t i = 0; i < count; ++i)
         r.push_back(Triple(p->numbers, i));
     return r;
 }
@@ -133,58 +153,51 @@ const std::set<std::string, std::less<>> &ParamRecorder::AskedOn(uint32_t line) 
 
 bool ParamSet::FindBool(std::string_view name, bool defaultValue) const {
     const Param *p = Require(*this, name, {ParamType::Bool});
-    if (!p)
+    if (!p || !HasCount(*p, p->bools.size(), 1, "one value"))
         return defaultValue;
-    RequireCount(*p, p->bools.size(), 1, "one value");
     return p->bools[0];
 }
 
 int ParamSet::FindInt(std::string_view name, int defaultValue) const {
     const Param *p = Require(*this, name, {ParamType::Integer});
-    if (!p)
+    if (!p || !HasCount(*p, p->numbers.size(), 1, "one value"))
         return defaultValue;
-    RequireCount(*p, p->numbers.size(), 1, "one value");
     return ToInt(*p, p->numbers[0]);
 }
 
 float ParamSet::FindFloat(std::string_view name, float defaultValue) const {
     const Param *p = Require(*this, name, {ParamType::Float, ParamType::Integer});
-    if (!p)
+    if (!p || !HasCount(*p, p->numbers.size(), 1, "one value"))
         return defaultValue;
-    RequireCount(*p, p->numbers.size(), 1, "one value");
     return static_cast<float>(p->numbers[0]);
 }
 
 std::string ParamSet::FindString(std::string_view name, const std::string &defaultValue) const {
     const Param *p = Require(*this, name, {ParamType::String});
-    if (!p)
+    if (!p || !HasCount(*p, p->strings.size(), 1, "one value"))
         return defaultValue;
-    RequireCount(*p, p->strings.size(), 1, "one value");
     return p->strings[0];
 }
 
 Spectrum ParamSet::FindSpectrum(std::string_view name, const Spectrum &defaultValue) const {
     const Param *p = Require(*this, name, {ParamType::Spectrum});
-    if (!p)
+    if (!p || !HasCount(*p, p->numbers.size() / 3, 1, "one colour"))
         return defaultValue;
-    RequireCount(*p, p->numbers.size() / 3, 1, "one colour");
     const Point3f c = Triple(p->numbers, 0);
     return {c.x, c.y, c.z};
 }
 
 Point3f ParamSet::FindPoint3f(std::string_view name, const Point3f &defaultValue) const {
     const Param *p = Require(*this, name, {ParamType::Point3});
-    if (!p)
+    if (!p || !HasCount(*p, p->numbers.size(), 3, "three numbers"))
         return defaultValue;
-    RequireCount(*p, p->numbers.size(), 3, "three numbers");
     return Triple(p->numbers, 0);
 }
 
 Vector3f ParamSet::FindVector3f(std::string_view name, const Vector3f &defaultValue) const {
     const Param *p = Require(*this, name, {ParamType::Vector3});
-    if (!p)
+    if (!p || !HasCount(*p, p->numbers.size(), 3, "three numbers"))
         return defaultValue;
-    RequireCount(*p, p->numbers.size(), 3, "three numbers");
     return Triple(p->numbers, 0);
 }
 
@@ -216,9 +229,9 @@ std::vector<Point2f> ParamSet::FindPoint2fs(std::string_view name) const {
     std::vector<Point2f> r;
     if (!p)
         return r;
-    RequireMultiple(*p, 2);
-    r.reserve(p->numbers.size() / 2);
-    for (size_t i = 0; i + 1 < p->numbers.size(); i += 2)
+    const size_t count = WholeGroups(*p, 2);
+    r.reserve(count);
+    for (size_t i = 0; i < 2 * count; i += 2)
         r.emplace_back(static_cast<float>(p->numbers[i]), static_cast<float>(p->numbers[i + 1]));
     return r;
 }

@@ -53,8 +53,8 @@ struct Param {
 std::string ResolveFilename(const std::string &folder, const std::string &name);
 
 // The parameters of one directive. Getters give the value or the default, mark the parameter as read, and
-// report a wrong type or count as an Error at its place. Names are unique within a set (the last one wins,
-// with a warning).
+// take a wrong type or count for no parameter, with a Warning at its place, as pbrt-v3 does. Names are
+// unique within a set (the last one wins, with a warning).
 class ParamSet {
   public:
     FileLoc loc; // of the directive
@@ -67,9 +67,9 @@ class ParamSet {
     // The same, but only of that type, and marked as used.
     const Param *Find(std::string_view name, ParamType type) const;
 
-    // One value each. FindInt: an Error where the number is not a whole one or does not fit. A type mismatch
-    // (say a string where a float belongs) is an Error at the parameter that names what would be right; an
-    // integer is accepted for a float.
+    // One value each. FindInt: a fraction is cut off, with a Warning; an Error where the number does not
+    // fit. A type mismatch (say a string where a float belongs) is a Warning at the parameter that names
+    // what would be right, and the default counts; an integer is accepted for a float.
     bool FindBool(std::string_view name, bool defaultValue) const;
     int FindInt(std::string_view name, int defaultValue) const;
     float FindFloat(std::string_view name, float defaultValue) const;
@@ -77,8 +77,8 @@ class ParamSet {
     Spectrum FindSpectrum(std::string_view name, const Spectrum &defaultValue) const;
     Point3f FindPoint3f(std::string_view name, const Point3f &defaultValue) const;
     Vector3f FindVector3f(std::string_view name, const Vector3f &defaultValue) const;
-    // Arrays; empty when absent. Point3 arrays hold 3 numbers a point; a count that is no multiple of the
-    // element's is an Error.
+    // Arrays; empty when absent. Point3 arrays hold 3 numbers a point; numbers behind the last whole
+    // element are left out, with a Warning.
     std::vector<float> FindFloats(std::string_view name) const;
     std::vector<int> FindInts(std::string_view name) const;
     std::vector<Point2f> FindPoint2fs(std::string_view name) const; // point2, vector2, or a plain float array

@@ -31,8 +31,9 @@ class SceneParser {
     void Finish(const Token *worldEnd);
     void ParseDirective(const Token &word);
 
-    std::string ReadPluginName(const Token &word, PluginKind kind);
-    void CheckPluginName(PluginKind kind, const std::string &name, const char *at);
+    // isKnown: null for a kind of which all unknown names are Errors.
+    std::string ReadPluginName(const Token &word, PluginKind kind, bool *isKnown = nullptr);
+    bool CheckPluginName(PluginKind kind, const std::string &name, const char *at);
 
     void Include(const Token &word);
     void OptionEntity(const Token &word, PluginKind kind, Entity *entity);
@@ -121,17 +122,15 @@ void SceneParser::ParseAll() {
 }
 
 void SceneParser::ParseNext() {
-    text_.lexer().ReleaseBehind();
-    const Token t = text_.lexer().Next();
+    text_.BeginDirective();
+    const Token t = text_.Next();
     switch (t.kind) {
     case Token::Kind::Word:
         ParseDirective(t);
         break;
     case Token::Kind::End:
-        if (!text_.Leave()) {
-            done_ = true;
-            Finish(nullptr);
-        }
+        done_ = true;
+        Finish(nullptr);
         break;
     case Token::Kind::Number:
         text_.Fail(t,
@@ -149,11 +148,11 @@ void SceneParser::ParseNext() {
 void SceneParser::SkipToDirective() {
     while (true) {
         try {
-            const Token &t = text_.lexer().Peek();
+            const Token &t = text_.Peek();
             Directive d;
             if (t.kind == Token::Kind::End || (t.kind == Token::Kind::Word && FindDirective(t.text, &d)))
                 return;
-            text_.lexer().Next();
+            text_.Next();
         } catch (const Error &) { // the lexer has gone past the fault
         }
     }
@@ -164,15 +163,13 @@ void SceneParser::Finish(const Token *worldEnd) {
     const char *const end = text_.lexer().Source().End();
     const std::string unclosed = state_.CloseBlocks(worldEnd ? "WorldEnd" : "the end of the file");
     if (!unclosed.empty() && !text_.missingFile)
-        text_.Fail(worldEnd ? worldEnd->begin : end, unclosed);
+        text_.Complain(worldEnd ? worldEnd->begin : end, "block without end",
+                       "{}; it ends here, as in pbrt-v3", unclosed);
     if (worldEnd)
         return;
-    if (!state_.InWorld()) {
-        if (!text_.missingFile)
-            text_.Fail(end, "the file ends without a WorldBegin: there is no scene in it");
-        return;
-    }
-    Warning(text_.lexer().Loc(end), "no WorldEnd",
+    if (!state_.InWorld())
+        text_.Fail(end, "the file ends without a WorldBegin: there is no scene in it");
+    Warning(text_.Loc(end), "no WorldEnd",
             "the file ends without WorldEnd; it is read as if WorldEnd stood here (pbrt-v4 scenes have none: "
             "if this is one, it must be converted, for Cuticle reads pbrt-v3)");
 }
@@ -180,10 +177,35 @@ void SceneParser::Finish(const Token *worldEnd) {
 // --- names of plug-ins
 // ---------------------------------------------------------------------------------------------
 
-void SceneParser::CheckPluginName(PluginKind kind, const std::string &name, const char *at) {
+// Says what pbrt-v3 does about a name that it does not know, in words; "" where it makes no picture then.
+std::string_view InsteadOfUnknown(PluginKind kind) {
+    switch (kind) {
+    case PluginKind::Accelerator:
+        return "a \"bvh\" takes its place";
+    case PluginKind::Material:
+        return "\"matte\" takes its place";
+    case PluginKind::Shape:
+    case PluginKind::Light:
+    case PluginKind::Texture:
+    case PluginKind::Medium:
+        return "it is left out";
+    case PluginKind::AreaLight:
+        return "shapes after it do not emit";
+    case PluginKind::Camera:
+    case PluginKind::Sampler:
+    case PluginKind::Film:
+    case PluginKind::Filter:
+    case PluginKind::Integrator:
+        return "";
+    }
+    return "";
+}
+
+// False for a name that is not known, of a kind where pbrt-v3 goes on.
+bool SceneParser::CheckPluginName(PluginKind kind, const std::string &name, const char *at) {
     const PluginTable *table = plugins_.Find(kind);
     if (!table || table->Find(name))
-        return;
+        return true;
     const auto isIn = [&](const std::vector<std::string_view> &names) {
         return std::find(names.begin(), names.end(), name) != names.end();
     };
@@ -193,13 +215,21 @@ void SceneParser::CheckPluginName(PluginKind kind, const std::string &name, cons
             text_.Fail(at, "{0} is pbrt-v{1}: this looks like a pbrt-v{1} scene, and Cuticle reads pbrt-v3",
                        full, version);
     const std::vector<std::string_view> names = table->Names();
-    text_.Fail(at, "{} is not known. {}", full, Suggestion(name, names.data(), names.size()));
+    const std::string suggestion = Suggestion(name, names.data(), names.size());
+    const std::string_view instead = InsteadOfUnknown(kind);
+    if (instead.empty())
+        text_.Fail(at, "{} is not known. {}", full, suggestion);
+    text_.Complain(at, fmt::format("unknown {}", DirectiveOf(kind)), "{} is not known; {}, as by pbrt-v3. {}",
+                   full, instead, suggestion);
+    return false;
 }
 
-std::string SceneParser::ReadPluginName(const Token &word, PluginKind kind) {
-    const Token t = text_.lexer().Peek();
+std::string SceneParser::ReadPluginName(const Token &word, PluginKind kind, bool *isKnown) {
+    const Token t = text_.Peek();
     std::string name = params_.ReadString(word, "a type");
-    CheckPluginName(kind, name, t.begin);
+    const bool known = CheckPluginName(kind, name, t.begin);
+    if (isKnown)
+        *isKnown = known;
     return name;
 }
 
@@ -254,11 +284,13 @@ void SceneParser::ParseDirective(const Token &word) {
         params_.ReadNumbers<2>(word, "start, end"); // times matter to motion only, which is not rendered
         return;
     case Directive::TransformBegin:
-        return state_.BeginBlock(word, BlockKind::Transform);
+        state_.BeginBlock(word, BlockKind::Transform);
+        return;
     case Directive::TransformEnd:
         return state_.EndBlock(word, BlockKind::Transform);
     case Directive::AttributeBegin:
-        return state_.BeginBlock(word, BlockKind::Attribute);
+        state_.BeginBlock(word, BlockKind::Attribute);
+        return;
     case Directive::AttributeEnd:
         return state_.EndBlock(word, BlockKind::Attribute);
     case Directive::ObjectBegin:
@@ -286,8 +318,8 @@ void SceneParser::ParseDirective(const Token &word) {
     case Directive::Shape:
         return Shape(word);
     case Directive::ReverseOrientation:
-        state_.RequireWorld(word);
-        state_.attributes.reverseOrientation = !state_.attributes.reverseOrientation;
+        if (state_.RequireWorld(word))
+            state_.attributes.reverseOrientation = !state_.attributes.reverseOrientation;
         return;
     case Directive::MediumInterface:
     case Directive::MakeNamedMedium:
@@ -297,7 +329,10 @@ void SceneParser::ParseDirective(const Token &word) {
 
 void SceneParser::OptionEntity(const Token &word, PluginKind kind, Entity *entity) {
     Entity e;
-    e.type = ReadPluginName(word, kind);
+    bool isKnown = true;
+    e.type = ReadPluginName(word, kind, &isKnown);
+    if (!isKnown && kind == PluginKind::Accelerator)
+        e.type = "bvh";
     e.params = params_.ReadParams(word);
     if (state_.InWorld()) {
         Warning(
@@ -312,7 +347,7 @@ void SceneParser::OptionEntity(const Token &word, PluginKind kind, Entity *entit
 }
 
 void SceneParser::Include(const Token &word) {
-    const Token t = text_.lexer().Peek();
+    const Token t = text_.Peek();
     text_.Include(params_.ReadString(word, "a file name"), t);
 }
 
@@ -325,7 +360,12 @@ void SceneParser::Rotate(const Token &word) {
 
 void SceneParser::LookAt(const Token &word) {
     const auto v = params_.ReadNumbers<9>(word, "eye, point looked at, up");
-    state_.Apply(word, Transform::LookAt({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}), true);
+    const Vector3d eye(v[0], v[1], v[2]), look(v[3], v[4], v[5]), up(v[6], v[7], v[8]);
+    const Transform t = Transform::LookAt(eye, look, up);
+    if (t.IsSingular() && !(eye == look) && up.LengthSquared() > 0)
+        return text_.Complain(word, "LookAt along up",
+                              "LookAt: up points along the view; it changes nothing, as in pbrt-v3");
+    state_.Apply(word, t, true);
 }
 
 void SceneParser::Matrix(const Token &word, bool concat) {
@@ -334,16 +374,25 @@ void SceneParser::Matrix(const Token &word, bool concat) {
     for (size_t i = 0; i < 4; ++i)
         for (size_t j = 0; j < 4; ++j)
             m[i][j] = v[4 * j + i];
+    const double m33 = m[3][3];
+    if (m[3][0] != 0 || m[3][1] != 0 || m[3][2] != 0 || m33 == 0)
+        text_.Fail(word,
+                   "{}: the matrix is projective (its last row, each fourth number, is {:g} {:g} {:g} {:g}), "
+                   "and nothing in a scene can be; it must be 0 0 0 1",
+                   word.text, m[3][0], m[3][1], m[3][2], m[3][3]);
+    for (auto &row : m) // points are divided by the last element
+        for (double &element : row)
+            element /= m33;
     state_.Apply(word, Transform(m), concat);
 }
 
 void SceneParser::CoordSysTransform(const Token &word) {
-    const Token t = text_.lexer().Peek();
+    const Token t = text_.Peek();
     state_.UseSpace(params_.ReadString(word, "the name of a coordinate system"), t);
 }
 
 void SceneParser::ActiveTransform() {
-    const Token t = text_.lexer().Next();
+    const Token t = text_.Next();
     if (t.text == "StartTime")
         state_.SetActive(GraphicsState::kStart);
     else if (t.text == "EndTime")
@@ -360,60 +409,76 @@ void SceneParser::WorldEnd(const Token &word) {
     done_ = true;
     bool more = false;
     try {
-        more = text_.lexer().Peek().kind != Token::Kind::End;
+        more = text_.Peek().kind != Token::Kind::End;
     } catch (const Error &) {
         more = true;
     }
     if (more)
-        Warning(text_.Loc(text_.lexer().Peek()), "text after WorldEnd",
+        Warning(text_.Loc(text_.Peek()), "text after WorldEnd",
                 "what stands after WorldEnd is not read: Cuticle renders one picture of a file, the first");
     Finish(&word);
 }
 
 void SceneParser::Material(const Token &word) {
-    state_.RequireWorld(word);
     MaterialEntity m;
-    m.type = ReadPluginName(word, PluginKind::Material);
+    bool isKnown = true;
+    m.type = ReadPluginName(word, PluginKind::Material, &isKnown);
+    if (!isKnown)
+        m.type = "matte";
     m.params = params_.ReadParams(word);
+    if (!state_.RequireWorld(word))
+        return;
     materials_.ResolveMix(word, &m);
     state_.attributes.material = materials_.Add(std::move(m));
 }
 
 void SceneParser::MakeNamedMaterial(const Token &word) {
-    state_.RequireWorld(word);
     MaterialEntity m;
     m.name = params_.ReadString(word, "a name");
     m.params = params_.ReadParams(word);
+    if (!state_.RequireWorld(word))
+        return;
     const Param *type = m.params.Find("type");
-    if (!type || type->type != ParamType::String || type->strings.size() != 1)
-        text_.Fail(word, "MakeNamedMaterial needs a parameter \"string type\" with the type of the material");
-    type->used = true;
-    m.type = type->strings[0];
-    CheckPluginName(PluginKind::Material, m.type, text_.PlaceOf(word, *type));
+    if (!type || type->type != ParamType::String || type->strings.size() != 1) {
+        text_.Complain(word, "named material without a type",
+                       "MakeNamedMaterial needs a parameter \"string type\" with the type of the material; "
+                       "without it, it is none and light passes it, as in pbrt-v3");
+    } else {
+        type->used = true;
+        m.type = type->strings[0];
+        if (!CheckPluginName(PluginKind::Material, m.type, text_.PlaceOf(word, *type)))
+            m.type = "matte";
+    }
     materials_.ResolveMix(word, &m);
     materials_.AddNamed(std::move(m));
 }
 
 void SceneParser::NamedMaterial(const Token &word) {
-    state_.RequireWorld(word);
-    const Token t = text_.lexer().Peek();
-    materials_.Choose(params_.ReadString(word, "the name of a material"), t);
+    const Token t = text_.Peek();
+    const std::string name = params_.ReadString(word, "the name of a material");
+    if (state_.RequireWorld(word))
+        materials_.Choose(name, t);
 }
 
 void SceneParser::Texture(const Token &word) {
-    state_.RequireWorld(word);
     TextureEntity texture;
     texture.name = params_.ReadString(word, "a name");
-    const Token t = text_.lexer().Peek();
+    const Token t = text_.Peek();
     const std::string kind = params_.ReadString(word, "\"float\", \"color\" or \"spectrum\"");
     const bool isFloat = kind == "float";
+    bool isKnown = true;
+    texture.type = ReadPluginName(word, PluginKind::Texture, &isKnown);
+    texture.params = params_.ReadParams(word);
+    if (!state_.RequireWorld(word) || !isKnown)
+        return;
     if (!isFloat && kind != "color" && kind != "spectrum") {
         static constexpr std::array<std::string_view, 3> kKinds{"float", "color", "spectrum"};
-        text_.Fail(t, "texture {}: its class must be \"float\", \"color\" or \"spectrum\", not {}. {}",
-                   Quoted(texture.name), Quoted(kind), Suggestion(kind, kKinds.data(), kKinds.size()));
+        return text_.Complain(
+            t, "unknown class of a texture",
+            "texture {}: its class must be \"float\", \"color\" or \"spectrum\", not {}; it "
+            "is left out, as by pbrt-v3. {}",
+            Quoted(texture.name), Quoted(kind), Suggestion(kind, kKinds.data(), kKinds.size()));
     }
-    texture.type = ReadPluginName(word, PluginKind::Texture);
-    texture.params = params_.ReadParams(word);
     texture.ctm = state_.Current(texture.params.loc);
     NameMap &map = isFloat ? state_.names.floatTextures : state_.names.spectrumTextures;
     std::vector<TextureEntity> &list = isFloat ? scene_.floatTextures : scene_.spectrumTextures;
@@ -425,37 +490,54 @@ void SceneParser::Texture(const Token &word) {
 }
 
 void SceneParser::LightSource(const Token &word) {
-    state_.RequireWorld(word);
     LightEntity light;
-    light.type = ReadPluginName(word, PluginKind::Light);
+    bool isKnown = true;
+    light.type = ReadPluginName(word, PluginKind::Light, &isKnown);
     light.params = params_.ReadParams(word);
+    if (!state_.RequireWorld(word) || !isKnown)
+        return;
     light.ctm = state_.Current(light.params.loc);
     scene_.lights.push_back(std::move(light));
 }
 
 void SceneParser::AreaLightSource(const Token &word) {
-    state_.RequireWorld(word);
     Entity light;
-    light.type = ReadPluginName(word, PluginKind::AreaLight);
+    bool isKnown = true;
+    light.type = ReadPluginName(word, PluginKind::AreaLight, &isKnown);
     light.params = params_.ReadParams(word);
+    if (!state_.RequireWorld(word))
+        return;
+    if (!isKnown) {
+        state_.attributes.areaLight = -1;
+        return;
+    }
     light.ctm = state_.Current(light.params.loc);
     state_.attributes.areaLight = static_cast<int>(scene_.areaLights.size());
     scene_.areaLights.push_back(std::move(light));
 }
 
 void SceneParser::Shape(const Token &word) {
-    state_.RequireWorld(word);
-    if (options_.fastCurves && curves_.TryFast(word.begin))
+    const bool inWorld = state_.RequireWorld(word);
+    if (inWorld && options_.fastCurves && curves_.TryFast(word.begin))
         return;
-    const std::string type = ReadPluginName(word, PluginKind::Shape);
+    bool isKnown = true;
+    const std::string type = ReadPluginName(word, PluginKind::Shape, &isKnown);
     ParamSet params = params_.ReadParams(word);
+    if (!inWorld || !isKnown)
+        return;
     const PluginTable *shapes = plugins_.Find(PluginKind::Shape);
     const int material = materials_.OfShape(shapes ? shapes->Find(type) : nullptr, params);
     if (state_.InObject() && state_.attributes.areaLight >= 0)
         Warning(params.loc, "area light in an object",
                 "an area light on a shape of an object definition is not rendered (nor by pbrt-v3)");
-    if (type == "curve")
-        return curves_.Read(params, word, material);
+    if (type == "curve") {
+        try {
+            curves_.Read(params, word, material);
+        } catch (const Error &e) {
+            e.GoOnAsPbrt("curve left out");
+        }
+        return;
+    }
     ShapeEntity shape;
     shape.objectToWorld = state_.Current(params.loc);
     shape.state = state_.StateOfShape(material);
@@ -469,8 +551,8 @@ void SceneParser::Shape(const Token &word) {
 void SceneParser::Medium(const Token &word) {
     if (word.text == "MediumInterface") {
         params_.ReadString(word, "the name of a medium");
-        if (text_.lexer().Peek().kind == Token::Kind::String)
-            text_.lexer().Next();
+        if (text_.Peek().kind == Token::Kind::String)
+            text_.Next();
     } else {
         params_.ReadString(word, "a name");
         const ParamSet params = params_.ReadParams(word);
@@ -485,30 +567,38 @@ void SceneParser::Medium(const Token &word) {
 }
 
 void SceneParser::ObjectBegin(const Token &word) {
-    state_.RequireWorld(word);
     ObjectDefinition o;
     o.name = params_.ReadString(word, "a name");
-    if (state_.InObject())
-        text_.Fail(word, "ObjectBegin inside the definition of object {}, which has no ObjectEnd yet",
-                   Quoted(scene_.objects[static_cast<size_t>(state_.object)].name));
     o.loc = text_.Loc(word);
-    state_.BeginBlock(word, BlockKind::Object);
+    if (state_.InObject())
+        text_.Complain(
+            word, "object in an object",
+            "ObjectBegin inside the definition of object {}, which has no ObjectEnd yet; shapes go "
+            "to the new one, and behind its ObjectEnd to the scene, as in pbrt-v3",
+            Quoted(scene_.objects[static_cast<size_t>(state_.object)].name));
+    if (!state_.BeginBlock(word, BlockKind::Object))
+        return;
     state_.object = static_cast<int>(scene_.objects.size());
     objects_[o.name] = state_.object;
     scene_.objects.push_back(std::move(o));
 }
 
 void SceneParser::ObjectInstance(const Token &word) {
-    state_.RequireWorld(word);
-    const Token t = text_.lexer().Peek();
+    const Token t = text_.Peek();
     const std::string name = params_.ReadString(word, "the name of an object");
+    if (!state_.RequireWorld(word))
+        return;
     if (state_.InObject())
-        text_.Fail(word, "ObjectInstance inside the definition of an object");
+        return text_.Complain(
+            word, "instance in an object",
+            "ObjectInstance inside the definition of an object; it is ignored, as by pbrt-v3");
     const auto it = objects_.find(name);
     if (it == objects_.end()) {
-        if (text_.missingFile)
-            return;
-        text_.Fail(t, "no object {} has been defined{}", Quoted(name), SuggestFrom(name, {&objects_}));
+        if (!text_.missingFile)
+            text_.Complain(t, "unknown object",
+                           "no object {} has been defined; the instance is left out, as by pbrt-v3{}",
+                           Quoted(name), text_.SuggestOnce("unknown object", name, {&objects_}));
+        return;
     }
     const FileLoc loc = text_.Loc(word);
     scene_.instances.push_back({it->second, state_.Current(loc), loc});

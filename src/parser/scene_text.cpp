@@ -1,6 +1,5 @@
 #include "parser/scene_text.h"
 
-#include <cstring>
 #include <filesystem>
 
 namespace cuticle {
@@ -13,13 +12,38 @@ constexpr size_t kMaxQuoted = 60; // bytes of a name or number in a message
 
 } // namespace
 
+Token SceneText::Next() {
+    Peek(); // which goes on to the file that holds it
+    return lexer().Next();
+}
+
+const Token &SceneText::Peek() {
+    while (lexer().Peek().kind == Token::Kind::End && IsIncluded()) {
+        lexer().Source().CheckUnchanged();
+        ended_.push_back(std::move(files_.back()));
+        files_.pop_back();
+    }
+    return lexer().Peek();
+}
+
+void SceneText::BeginDirective() {
+    ended_.clear();
+    lexer().ReleaseBehind();
+}
+
+Lexer &SceneText::LexerOf(const char *at) {
+    for (const std::vector<File> *files : {&files_, &ended_})
+        for (auto file = files->rbegin(); file != files->rend(); ++file)
+            if (file->lexer->Holds(at))
+                return *file->lexer;
+    return lexer();
+}
+
 const char *SceneText::PlaceOf(const Token &directive, const Param &p) {
-    const char *at = directive.begin, *const end = lexer().Source().End();
-    for (uint32_t line = Loc(directive).line; line < p.loc.line; ++line)
-        at = static_cast<const char *>(std::memchr(at, '\n', static_cast<size_t>(end - at))) + 1;
-    while (at > lexer().Source().Begin() && at[-1] != '\n')
-        --at;
-    return at + p.loc.column - 1;
+    for (auto place = paramPlaces_.rbegin(); place != paramPlaces_.rend(); ++place)
+        if (place->first == p.name)
+            return place->second;
+    return directive.begin;
 }
 
 void SceneText::Push(std::unique_ptr<TextSource> source, const std::string &canonical) {
@@ -51,20 +75,12 @@ void SceneText::Include(const std::string &name, const Token &at) {
             Fail(at, "\"{}\" includes itself{}", path, &f == &files_.back() ? "" : " by way of other files");
     std::unique_ptr<TextSource> source;
     try {
-        source = TextSource::FromFile(path, loc, lexer().Line(at.begin));
-    } catch (const Error &) {
+        source = TextSource::FromFile(path, loc, LexerOf(at.begin).Line(at.begin));
+    } catch (const Error &e) {
         missingFile = true;
-        throw;
+        return e.GoOnAsPbrt("missing file of an Include");
     }
     Push(std::move(source), canonical);
-}
-
-bool SceneText::Leave() {
-    if (files_.size() <= 1)
-        return false;
-    files_.back().lexer->Source().CheckUnchanged();
-    files_.pop_back();
-    return true;
 }
 
 void SceneText::CheckUnchanged() const {

@@ -1,5 +1,6 @@
 // The part of ParamReader that turns the spellings of a spectrum into linear RGB.
 #include "core/metal_spectra.h"
+#include "files/file.h"
 #include "parser/param_reader.h"
 #include "parser/spd_file.h"
 
@@ -15,16 +16,26 @@ void AddRGB(const Spectrum &s, Param *p) { p->numbers.insert(p->numbers.end(), {
 
 } // namespace
 
-void ParamReader::ToSpectrum(Reading *r) {
+bool ParamReader::WholeGroups(size_t size, std::string_view what, std::vector<double> *in, const Reading &r) {
+    const size_t whole = in->size() / size * size;
+    if (whole != in->size() || in->empty())
+        text_.Complain(r.declaration, "numbers in excess", "{} takes {}, not {} numbers{}; {}, as by pbrt-v3",
+                       r.full, what, in->size(),
+                       in->empty() ? "" : fmt::format(" (the last is {:g})", in->back()),
+                       whole == 0 ? "it is ignored" : "those in excess are ignored");
+    in->resize(whole);
+    return whole > 0;
+}
+
+bool ParamReader::ToSpectrum(Reading *r) {
     Param &p = r->param;
-    const std::vector<double> in = std::move(p.numbers);
+    std::vector<double> in = std::move(p.numbers);
     p.numbers.clear();
     switch (r->spelling) {
     case SpectrumSpelling::RGB:
     case SpectrumSpelling::XYZ:
-        if (in.empty() || in.size() % 3 != 0)
-            text_.Fail(r->declaration, "\"{}\" is a colour of 3 numbers (or several), not of {}", p.name,
-                       in.size());
+        if (!WholeGroups(3, "a colour of 3 numbers (or several)", &in, *r))
+            return false;
         if (r->spelling == SpectrumSpelling::RGB)
             p.numbers = in;
         else
@@ -32,55 +43,61 @@ void ParamReader::ToSpectrum(Reading *r) {
                 AddRGB(XYZToRGB({in[i], in[i + 1], in[i + 2]}), &p);
         break;
     case SpectrumSpelling::Blackbody:
+        if (in.size() == 1)
+            text_.Fail(r->declaration,
+                       "{} takes a temperature in kelvin and a scale; a temperature alone, {:g}, is pbrt-v4, "
+                       "and Cuticle reads pbrt-v3",
+                       r->full, in[0]);
+        if (!WholeGroups(2, "pairs of temperature in kelvin and scale", &in, *r))
+            return false;
         FromBlackbodies(in, r);
         break;
     case SpectrumSpelling::Samples:
-        if (p.strings.empty())
-            FromSamples(in, r);
-        else
+        if (!p.strings.empty()) {
             FromSpectrumFiles(r);
+            break;
+        }
+        if (in.size() == 1)
+            text_.Fail(
+                r->declaration,
+                "{} takes pairs of wavelength in nm and value; one number alone, {:g}, is pbrt-v4, and "
+                "Cuticle reads pbrt-v3",
+                r->full, in[0]);
+        if (!WholeGroups(2, "pairs of wavelength in nm and value", &in, *r))
+            return false;
+        FromSamples(in, r);
         break;
     case SpectrumSpelling::None:
         break;
     }
-    for (const double v : p.numbers)
-        if (!(std::abs(v) <= FLT_MAX))
-            text_.Fail(r->declaration, "the colour of \"{}\" is out of range (largest 3.4e38)", p.name);
+    for (size_t i = 0; i < p.numbers.size(); ++i)
+        if (!(std::abs(p.numbers[i]) <= FLT_MAX))
+            text_.Fail(r->declaration, "the colour of {} has the {} {:g}; it may be up to 3.4e38", r->full,
+                       std::array{"red", "green", "blue"}[i % 3], p.numbers[i]);
+    return true;
 }
 
 void ParamReader::FromBlackbodies(const std::vector<double> &in, Reading *r) {
-    Param &p = r->param;
-    if (in.size() == 1)
-        text_.Fail(
-            r->declaration,
-            "\"blackbody {}\" takes a temperature in kelvin and a scale; a temperature alone is pbrt-v4, "
-            "and Cuticle reads pbrt-v3",
-            p.name);
-    if (in.empty() || in.size() % 2 != 0)
-        text_.Fail(r->declaration,
-                   "\"blackbody {}\" takes pairs of temperature in kelvin and scale, not {} numbers", p.name,
-                   in.size());
+    // Hotter than anything, and cold enough for Planck's law in double.
+    constexpr double kMaxKelvin = 1e9;
     for (size_t i = 0; i < in.size(); i += 2) {
-        if (!(in[i] > 0))
-            text_.Fail(r->declaration, "the temperature of \"blackbody {}\" must be above 0 kelvin", p.name);
-        AddRGB(BlackbodyToRGB(in[i], in[i + 1]), &p);
+        if (!(in[i] > 0 && in[i] <= kMaxKelvin))
+            text_.Fail(r->declaration,
+                       "the temperature of {} is {:g}; it must be above 0 and at most {:g} kelvin", r->full,
+                       in[i], kMaxKelvin);
+        AddRGB(BlackbodyToRGB(in[i], in[i + 1]), &r->param);
     }
 }
 
 void ParamReader::FromSamples(const std::vector<double> &in, Reading *r) {
-    Param &p = r->param;
-    if (in.empty() || in.size() % 2 != 0)
-        text_.Fail(r->declaration,
-                   "\"spectrum {}\" takes pairs of wavelength in nm and value, not {} numbers{}", p.name,
-                   in.size(), in.size() == 1 ? " (one number alone is pbrt-v4)" : "");
     std::vector<double> lambda, values;
     for (size_t i = 0; i < in.size(); i += 2) {
         if (!(in[i] > 0))
-            text_.Fail(r->declaration, "a wavelength of \"spectrum {}\" must be above 0 nm", p.name);
+            text_.Fail(r->declaration, "a wavelength of {} is {:g}; it must be above 0 nm", r->full, in[i]);
         lambda.push_back(in[i]);
         values.push_back(in[i + 1]);
     }
-    AddRGB(SpectrumFromSamples(std::move(lambda), std::move(values)), &p);
+    AddRGB(SpectrumFromSamples(std::move(lambda), std::move(values)), &r->param);
 }
 
 void ParamReader::FromSpectrumFiles(Reading *r) {
@@ -103,12 +120,13 @@ const std::array<double, 3> &ParamReader::SpectrumFile(const std::string &name, 
                        "pbrt-v3",
                        Quoted(name));
     const std::string path = ResolveFilename(*text_.Folder(), name);
+    AllowedPath(path); // before it tells whether there is such a file
     if (const auto it = spectrumFiles_.find(path); it != spectrumFiles_.end())
         return it->second;
     std::error_code ec;
     Spectrum s;
     if (std::filesystem::exists(path, ec)) {
-        const PlaceScope here(text_.lexer().Loc(at));
+        const PlaceScope here(text_.Loc(at));
         s = ReadSPD(path);
     } else if (auto metal = FindMetalSpectrumByFilename(name)) {
         Warning(param, "a metal's spectrum file is missing",
@@ -116,8 +134,10 @@ const std::array<double, 3> &ParamReader::SpectrumFile(const std::string &name, 
                             path, metal->source));
         s = SpectrumFromSamples(std::move(metal->lambda), std::move(metal->values));
     } else {
-        text_.missingFile = true;
-        text_.Fail(at, "cannot open the spectrum file \"{}\": No such file or directory", path);
+        text_.Complain(at, "missing spectrum file",
+                       "cannot open the spectrum file \"{}\": No such file or directory; it is black, as in "
+                       "pbrt-v3",
+                       path);
     }
     return spectrumFiles_.emplace(path, std::array<double, 3>{s[0], s[1], s[2]}).first->second;
 }

@@ -188,10 +188,14 @@ std::unique_ptr<TextSource> TextSource::FromFile(const std::string &filename, co
     };
     // Standard input or a pipe may hold a scene; an Include that opens one would wait, perhaps for ever.
     const bool isIncluded = from.line > 0;
-    const File file(open(filename.c_str(), O_RDONLY | O_CLOEXEC | (isIncluded ? O_NONBLOCK : 0)));
+    const PlaceScope here(from.file ? from : FileLoc{std::make_shared<const std::string>(filename), 0, 0});
+    const File file(
+        open(AllowedPath(filename).c_str(), O_RDONLY | O_CLOEXEC | (isIncluded ? O_NONBLOCK : 0)));
     struct stat status {};
     if (file.fd < 0 || fstat(file.fd, &status) != 0)
-        throw Error(from, "cannot open \"{}\": {}", filename, std::strerror(errno)).WithSourceLine(fromLine);
+        throw Error(from, "cannot open \"{}\": {}", filename, std::strerror(errno))
+            .WithPbrtInstead("it is left out")
+            .WithSourceLine(fromLine);
     if (S_ISDIR(status.st_mode))
         fail("is a folder, not a scene file");
     if (isIncluded && !S_ISREG(status.st_mode))

@@ -63,7 +63,10 @@ void Film::ReadParams(const Entity &entity, const FilmOptions &options) {
     if (given.size() == 4)
         std::copy(given.begin(), given.end(), crop.begin());
     else if (!given.empty())
-        throw Error(p.loc, "\"cropwindow\" takes 4 numbers (x0 x1 y0 y1), not {}", given.size());
+        Warning(
+            p.Find("cropwindow")->loc, "wrong number of values",
+            fmt::format("\"cropwindow\" takes 4 numbers (x0 x1 y0 y1), not {}; it is ignored, as by pbrt-v3",
+                        given.size()));
     SetWindow(p, options.crop.value_or(crop));
     scale_ = p.FindFloat("scale", 1);
     // A picture is held in binary32, and so are the samples that the scale multiplies

@@ -16,8 +16,10 @@ static PathIntegrator::LightStrategy ReadStrategy(const ParamSet &params) {
         return PathIntegrator::LightStrategy::All;
     if (name == "one")
         return PathIntegrator::LightStrategy::One;
-    throw Error(params.Find("strategy")->loc, "unknown strategy \"{}\"", name)
-        .WithRemedy(Suggestion(name, kStrategies, std::size(kStrategies)));
+    Warning(params.Find("strategy")->loc, "unknown strategy",
+            fmt::format("unknown strategy \"{}\"; it is \"all\", as in pbrt-v3. {}", name,
+                        Suggestion(name, kStrategies, std::size(kStrategies))));
+    return PathIntegrator::LightStrategy::All;
 }
 //<
 

@@ -79,23 +79,31 @@ void ReadScreenWindow(const ParamSet &params, Point2i resolution, CameraParamete
     float *w = c->screenWindow;
     w[0] = -sx, w[1] = sx, w[2] = -sy, w[3] = sy;
     if (const std::vector<float> given = params.FindFloats("screenwindow"); !given.empty()) {
-        if (given.size() != 4)
-            throw Error(params.loc, "camera: screenwindow needs four values (x0 x1 y0 y1), not {}",
-                        given.size());
-        std::copy(given.begin(), given.end(), w);
+        if (given.size() == 4)
+            std::copy(given.begin(), given.end(), w);
+        else
+            Warning(
+                params.loc, "wrong number of values",
+                fmt::format("camera: screenwindow needs four values (x0 x1 y0 y1), not {}; it is ignored, as "
+                            "by pbrt-v3",
+                            given.size()));
     }
 }
 
-// Error where numbers are too large or too small for binary32, so that rays have no direction.
+// Error where numbers are too large or too small for binary32, so that rays have no direction, or begin
+// where no shape may be.
 void CheckRays(const Camera &camera, Point2i resolution, const FileLoc &loc) {
     const auto isUnit = [](const Vector3f &d) { return std::abs(d.LengthSquared() - 1) < 1e-3f; };
     const Point2f corner(static_cast<float>(resolution.x), static_cast<float>(resolution.y));
     for (const Point2f p : {Point2f(0, 0), Point2f(corner.x, 0), Point2f(0, corner.y), corner})
         for (const Point2f lens :
              {Point2f(0, 0.5f), Point2f(0.5f, 0), Point2f(OneMinusEpsilon, OneMinusEpsilon)})
-            if (const Ray ray = camera.GenerateRay(p, lens); !IsFinite(ray.o) || !isUnit(ray.d))
-                throw Error(loc, "the camera's rays are out of range (its fov, screenwindow, lensradius, "
-                                 "focaldistance or transformation is extreme)");
+            if (const Ray ray = camera.GenerateRay(p, lens); !IsWithinReach(ray.o) || !isUnit(ray.d))
+                throw Error(loc,
+                            "the camera's rays are out of range: one begins at {:g} {:g} {:g} (its fov, "
+                            "screenwindow, lensradius, focaldistance or transformation is extreme)",
+                            ray.o.x, ray.o.y, ray.o.z)
+                    .WithRemedy("a scene reaches to 1e18");
 }
 
 // --- the table of cameras -----------------------------------------------------------------------------

@@ -24,9 +24,12 @@ LightMap::LightMap(const ParamSet &params, const Spectrum &scale, Border border)
     const FileLoc &loc = params.Find("mapname")->loc;
     Image image;
     try {
+        const PlaceScope here(loc);
         image = ReadImage(filename, false);
     } catch (const Error &e) {
-        throw Error(loc, "the light's map cannot be used: {}", e.Message());
+        Error(e).WithPbrtInstead("the light has no map").GoOnAsPbrt("light without its map");
+        texels_.assign(1, scale);
+        return;
     }
     constexpr int kMaxSize = 1 << 20;
     if (image.width < 1 || image.height < 1 || image.width > kMaxSize || image.height > kMaxSize)

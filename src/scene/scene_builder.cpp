@@ -83,6 +83,7 @@ class SceneBuilder {
 
     // Uneven curves are instances of their own, of the world or of each use of their object.
     void PlaceInstances(const Shapes &world) {
+        std::vector<FileLoc> places;
         const auto place = [&](const ShapeGroup *group, const Transform &toWorld) {
             scene_.instances_.Add(toWorld, group->Bound());
             scene_.objectOf_.push_back(group);
@@ -91,17 +92,51 @@ class SceneBuilder {
             const PlaceScope here(use.loc);
             const Shapes &shapes = objects_[At(shapesOf_, use.object)];
             place(shapes.group, use.instanceToWorld);
+            places.push_back(use.loc);
             for (const auto &[group, toObject] : shapes.unevenGroups)
-                place(group, use.instanceToWorld * toObject);
+                place(group, use.instanceToWorld * toObject), places.push_back(use.loc);
         }
         for (const auto &[group, toWorld] : world.unevenGroups)
-            place(group, toWorld);
+            place(group, toWorld), places.emplace_back();
+        RequireRaysWithinReach(places);
         scene_.instances_.Commit();
         description_.objects.clear();
     }
 
+    // Error at an instance in whose space a ray can begin beyond what geometry may have, and what traces rays
+    // bears: rays begin at the camera and in the bounds of the scene.
+    // places: of the instances.
+    void RequireRaysWithinReach(const std::vector<FileLoc> &places) const {
+        Bounds3f origins = scene_.WorldBound();
+        const Transform &worldToCamera = description_.camera.ctm;
+        if (const Point3f eye = worldToCamera.Inverse().Point(Point3f()); IsWithinReach(eye))
+            origins.Extend(eye); // else the camera is refused
+        if (origins.IsEmpty())
+            return;
+        for (size_t i = 0; i < places.size(); ++i) {
+            const Bounds3f b = scene_.instances_.ObjectToWorld(static_cast<uint32_t>(i)).Inverse()(origins);
+            if (!IsWithinReach(b.pMin) || !IsWithinReach(b.pMax))
+                throw Error(
+                    places[i],
+                    "the instance's transformation is extreme: in the object's coordinates rays of the "
+                    "scene reach to {:g}",
+                    std::max({std::abs(b.pMin.x), std::abs(b.pMin.y), std::abs(b.pMin.z), std::abs(b.pMax.x),
+                              std::abs(b.pMax.y), std::abs(b.pMax.z)}))
+                    .WithRemedy("it may be up to 1e18: scale the object's shapes instead");
+        }
+    }
+
+    // Where pbrt-v3 leaves out a shape that cannot be made, so do we, with a Warning.
     void AddShape(const ShapeEntity &shape, Shapes *shapes) {
         const PlaceScope here(shape.params.loc);
+        try {
+            MakeShape(shape, shapes);
+        } catch (const Error &e) {
+            e.GoOnAsPbrt("shape left out");
+        }
+    }
+
+    void MakeShape(const ShapeEntity &shape, Shapes *shapes) {
         const PluginRow<ShapeMaker> *row = FindShape(shape.type);
         if (!row || shape.type == "curve") {
             const std::vector<std::string_view> names = ShapePlugins().Names();
@@ -372,14 +407,29 @@ class SceneBuilder {
             scene_.lights_.push_back(
                 MakeAreaLight(At(description_.areaLights, areaLight), &scene_.world_.solids, geometry));
         }
-        for (const Entity &entity : description_.areaLights)
-            entity.params.ReportUnused(fmt::format("AreaLightSource \"{}\"", entity.type));
+        ReportUnusedOfAreaLights();
         std::vector<const Light *> pointers;
         for (const auto &light : scene_.lights_)
             pointers.push_back(light.get());
         scene_.lightSampler_ = LightSampler(pointers);
         if (pointers.empty())
             Warning("no lights", "the scene has no lights: the picture will be black");
+    }
+
+    // Of an area light that no shape made, because none stands under it that may, nobody asked the
+    // parameters.
+    void ReportUnusedOfAreaLights() const {
+        std::vector<bool> isMade(description_.areaLights.size());
+        for (const Emitter &emitter : emitters_)
+            isMade[static_cast<size_t>(emitter.areaLight)] = true;
+        for (size_t i = 0; i < isMade.size(); ++i) {
+            const Entity &entity = description_.areaLights[i];
+            const PluginInfo *row = AreaLightPlugins().Find(entity.type);
+            for (const Param &param : entity.params.params)
+                if (!isMade[i] && row && row->FindParam(param.name))
+                    param.used = true;
+            entity.params.ReportUnused(fmt::format("AreaLightSource \"{}\"", entity.type));
+        }
     }
 
     // A solid that emits, until its light is made.

@@ -22,7 +22,7 @@ namespace {
 std::string RequiredFilename(const ParamSet &p) {
     std::string name = p.FindFilename("filename");
     if (name.empty())
-        throw Error(p.loc, "this shape needs \"string filename\"");
+        throw Error(p.loc, "this shape needs \"string filename\"").WithPbrtInstead("it is left out");
     return name;
 }
 
@@ -36,11 +36,14 @@ TriangleMesh PointsAndIndices(const ShapeEntity &shape) {
     const std::vector<int> indices = p.FindInts("indices");
     if (indices.empty() || mesh.p.empty())
         throw Error(p.loc, "a {} needs \"integer indices\" and \"point P\"; {} is missing or empty",
-                    shape.type, indices.empty() ? "\"indices\"" : "\"P\"");
+                    shape.type, indices.empty() ? "\"indices\"" : "\"P\"")
+            .WithPbrtInstead("it is left out");
     for (int i : indices) {
         if (i < 0 || static_cast<size_t>(i) >= mesh.p.size())
-            throw Error(p.loc, "vertex index {} is out of range; there are {} points, counted from 0", i,
-                        mesh.p.size());
+            throw Error(p.Find("indices")->loc,
+                        "vertex index {} is out of range, for there are {} points, counted from 0", i,
+                        mesh.p.size())
+                .WithPbrtInstead("the {} is left out", shape.type);
         mesh.indices.push_back(static_cast<uint32_t>(i));
     }
     return mesh;
@@ -59,15 +62,25 @@ TriangleMesh MakeTriangleMesh(const ShapeEntity &shape) {
                             mesh.uv.size(), mesh.p.size()));
         mesh.uv.clear();
     }
-    if (!mesh.n.empty() && mesh.n.size() != mesh.p.size())
-        throw Error(p.loc, "there are {} normals for {} points", mesh.n.size(), mesh.p.size())
-            .WithRemedy("give one for each");
+    if (!mesh.n.empty() && mesh.n.size() != mesh.p.size()) {
+        Warning(p.Find("N")->loc, "wrong number of normals",
+                fmt::format("there are {} normals for {} points; they are ignored, as by pbrt-v3",
+                            mesh.n.size(), mesh.p.size()));
+        mesh.n.clear();
+    }
     (void)p.Find("S", ParamType::Vector3); // tangents: no material depends on them
     (void)p.Find("faceIndices", ParamType::Integer);
     return mesh;
 }
 
-TriangleMesh MakePlyMesh(const ShapeEntity &shape) { return ReadPly(RequiredFilename(shape.params)); }
+TriangleMesh MakePlyMesh(const ShapeEntity &shape) {
+    const std::string name = RequiredFilename(shape.params);
+    try {
+        return ReadPly(name);
+    } catch (const Error &e) {
+        throw Error(e).WithPbrtInstead("the shape is left out");
+    }
+}
 
 TriangleMesh MakeLoopSubdivision(const ShapeEntity &shape) {
     const ParamSet &p = shape.params;

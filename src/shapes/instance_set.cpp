@@ -83,7 +83,7 @@ struct InstanceSet::Impl {
 
     // Whether a ray may meet anything at all.
     bool Accepts(const Ray &ray) const {
-        return scene && IsFinite(ray.o) && IsFinite(ray.d) && ray.d.LengthSquared() > 0 &&
+        return scene && IsWithinReach(ray.o) && IsFinite(ray.d) && ray.d.LengthSquared() > 0 &&
                ray.tMax > ray.tMin;
     }
 };
@@ -102,8 +102,8 @@ uint32_t InstanceSet::Add(const Transform &objectToWorld, const Bounds3f &object
     Bounds3f bound;
     if (!objectBound.IsEmpty()) {
         bound = objectToWorld(objectBound);
-        if (!IsFinite(bound.pMin) || !IsFinite(bound.pMax))
-            throw Error("the instance's coordinates are not finite");
+        if (!IsWithinReach(bound.pMin) || !IsWithinReach(bound.pMax))
+            throw Error("the instance's coordinates are not finite or beyond 1e18");
         //  Rounding on the way into the object must not lose what lies on the box.
         for (int c = 0; c < 3; ++c) {
             const float slack = 4e-7f * std::max(std::abs(bound.pMin[c]), std::abs(bound.pMax[c]));

@@ -232,6 +232,7 @@ TEST(Metal, IsCopperWhereNothingElseIsSaid) {
     const SurfaceInteraction si = FlatInteraction();
     const Vector3f wi(-kWo.x, -kWo.y, kWo.z);
     EXPECT_EQ(FCos(*made.materials[n - 2], si, kWo, wi), FCos(*made.materials[n - 1], si, kWo, wi));
+    const StrictWarnings strict;
     EXPECT_NE(
         MessageOf("Material \"metal\" \"spectrum eta\" \"spds/Unobtainium.eta.spd\"").find("No such file"),
         std::string::npos);

@@ -121,14 +121,11 @@ TEST_F(Textures, ParametersAreValuesOrTextures) {
     plain.ReportUnused("Material \"matte\"");
     bound.ReportUnused("Material \"matte\"");
     EXPECT_EQ(FlushWarnings(), 0u);
-    // The other kind of texture is an Error that says so, at its place
+    // The other kind of texture is a Warning, and the default
     const ParamSet &wrong = scene.materials[last].params;
-    EXPECT_NE(
-        MessageOf([&] { table.GetSpectrumTexture(wrong, "Kd", Spectrum(0)); }).find("declared as float"),
-        std::string::npos);
-    const std::string message = MessageOf([&] { table.GetFloatTexture(wrong, "sigma", 0); });
-    EXPECT_NE(message.find("declared as spectrum"), std::string::npos) << message;
-    EXPECT_NE(message.find("test.pbrt:8"), std::string::npos) << message;
+    EXPECT_EQ(table.GetSpectrumTexture(wrong, "Kd", Spectrum(3))->Evaluate({}), Spectrum(3));
+    EXPECT_EQ(table.GetFloatTexture(wrong, "sigma", 5)->Evaluate({}), 5);
+    EXPECT_EQ(FlushWarnings(), 2u);
 }
 
 TEST_F(Textures, Checkerboard2D) {
@@ -238,6 +235,7 @@ TEST_F(Textures, AFileIsReadOnce) {
 }
 
 TEST_F(Textures, ErrorsNameTheirPlace) {
+    const StrictWarnings strict; // pbrt-v3 goes on after most of these, and so does Table() without it
     const auto message = [&](const std::string &text) { return MessageOf([&] { Table(text); }); };
     std::string m = message("Texture \"a\" \"color\" \"imagemap\"\n  \"string filename\" \"absent.png\"");
     EXPECT_NE(m.find("test.pbrt:3:"), std::string::npos) << m;

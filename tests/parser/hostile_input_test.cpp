@@ -1,5 +1,6 @@
 #include "parser/test_scenes.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <ctime>
@@ -48,6 +49,63 @@ TEST(ParserErrors, HostileInputEndsSoon) {
         const double quarter = secondsOf(kSize / 4);
         EXPECT_LT(secondsOf(kSize), 8 * quarter + 0.3) << name << ", a quarter of it " << quarter;
     }
+}
+
+// Statements cost the same on one line as on a line each, whatever asks for their places: 16,000 of them took
+// seconds when a column was counted from the start of its line each time.
+TEST(ParserErrors, OneLongLineCostsWhatManyLinesDo) {
+    const std::pair<const char *, const char *> statements[] = {
+        {"named materials", "MakeNamedMaterial \"m{}\" \"string type\" \"matte\""},
+        {"unknown names", "NamedMaterial \"no{}\""},
+        {"textures", "Texture \"t{}\" \"float\" \"constant\" \"float value\" 1"},
+        {"undefined textures", "Material \"matte\" \"texture Kd\" \"no{}\""},
+        {"shapes", "Shape \"sphere\" \"float radius\" {}"},
+        {"media", "MakeNamedMedium \"m{}\" \"string type\" \"homogeneous\""},
+        {"curves of a group each",
+         "ReverseOrientation Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 {} 0 0]"},
+        {"blocks", "AttributeBegin Rotate {} 0 0 1 AttributeEnd"},
+        {"objects", "ObjectBegin \"o{0}\" ObjectEnd ObjectInstance \"o{0}\""},
+    };
+    for (const auto &[name, statement] : statements) {
+        const auto secondsOf = [&](const char *separator, int count) {
+            std::string text = "WorldBegin ";
+            for (int i = 1; i <= count; ++i)
+                text += fmt::format(fmt::runtime(statement), i) + separator;
+            const std::clock_t begin = std::clock();
+            EXPECT_EQ(ErrorOf(text), "") << name;
+            FlushWarnings();
+            return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+        };
+        constexpr int kCount = 30000;
+        const double manyLines = secondsOf("\n", kCount);
+        EXPECT_LT(secondsOf(" ", kCount), 4 * manyLines + 0.3) << name << ", on many lines " << manyLines;
+    }
+}
+
+// Names of any length and number are answered soon: no name is compared with another longer than anyone
+// types.
+TEST(ParserErrors, SuggestionsOfLongAndManyNamesEndSoon) {
+    const std::string longName(60000, 'x');
+    std::string text = "WorldBegin\n";
+    for (int i = 0; i < 200; ++i)
+        text += "MakeNamedMaterial \"" + longName + std::to_string(i) + "\" \"string type\" \"matte\"\n";
+    const auto seconds = [](const std::string &scene) {
+        const std::clock_t begin = std::clock();
+        ErrorOf(scene);
+        FlushWarnings();
+        return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    };
+    const double reading = seconds(text);
+    EXPECT_LT(seconds(text + "NamedMaterial \"" + longName + "\" Shape \"" + longName + "\""),
+              3 * reading + 0.3);
+    // Of many names that are not there, each is compared with all that are: once.
+    std::string many = "WorldBegin\n", asked;
+    for (int i = 0; i < 20000; ++i) {
+        many += fmt::format("MakeNamedMaterial \"m{}\" \"string type\" \"matte\"\n", i);
+        asked +=
+            fmt::format("NamedMaterial \"n{0}\" Material \"mix\" \"string namedmaterial1\" \"n{0}\"\n", i);
+    }
+    EXPECT_LT(seconds(many + asked), 10 * seconds(many) + 0.3);
 }
 
 // A text with a bit of everything, cut at every byte and damaged at random: it parses, or ends in an Error.
