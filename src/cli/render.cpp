@@ -208,7 +208,7 @@ void SavePicture(OutputFile *file, const std::string &name, const Image &image) 
     try {
         file->Write(bytes);
         file->Commit(true);
-        VLOG(1) << name << ": written";
+        VLOG(1) << Printable(name) << ": written";
     } catch (const Error &e) {
         const std::string place = SaveElsewhere(name, bytes);
         if (place.empty())
@@ -299,7 +299,7 @@ void RunRender(const RenderArguments &a) {
         budget.emplace(ParseByteSize(a.maxMemory));
     const MemoryBudgetScope memory(budget ? &*budget : nullptr);
 
-    VLOG(1) << a.scene << ": reading";
+    VLOG(1) << Printable(a.scene) << ": reading";
     Preparation seconds;
     double start = WallSeconds();
     SceneDescription description = ParseScene(AllPlugins(), a.scene);
@@ -308,7 +308,7 @@ void RunRender(const RenderArguments &a) {
     CheckOutputs(output, a.stats);
     ClaimFilm(description.film, {RenderOptionsOf(a).film.crop, a.quick, a.variance});
 
-    VLOG(1) << a.scene << ": building";
+    VLOG(1) << Printable(a.scene) << ": building";
     start = WallSeconds();
     if (a.hair == "scalar")
         SetHairKernels("scalar");
@@ -332,7 +332,7 @@ void RunRender(const RenderArguments &a) {
     }
     picture.Reserve(RoomFor(description, options));
 
-    VLOG(1) << a.scene << ": rendering";
+    VLOG(1) << Printable(a.scene) << ": rendering";
     RenderStats stats;
     std::optional<TerminalProgress> progress;
     if (!a.quiet)

@@ -129,7 +129,8 @@ Error &&Error::Finally() && {
 void Error::GoOnAsPbrt(const std::string &kind) const {
     if (instead_.empty() || isFinal_)
         throw *this;
-    Warning(place_, kind, fmt::format("{}; {}, as by pbrt-v3", what_, instead_));
+    const std::string remedy = remedy_.empty() ? "" : " (" + remedy_ + ")";
+    Warning(place_, kind, fmt::format("{}; {}, as by pbrt-v3{}", what_, instead_, remedy));
 }
 
 std::string Error::Message() const {

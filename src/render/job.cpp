@@ -4,6 +4,7 @@
 #include "core/clock.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "render/film_file.h"
 #include "render/filter.h"
 #include "render/sampler.h"
@@ -273,7 +274,7 @@ JobResult RenderJob::Run() && {
         int wished = 1;
         for (int to = samples_.first + film_.FewestDone(); to < samples_.last && !Interrupted();) {
             const int pass = std::min(PassLength(wished), samples_.last - to);
-            VLOG(1) << sceneName_ << ": samples " << to << " to " << to + pass - 1;
+            VLOG(1) << Printable(sceneName_) << ": samples " << to << " to " << to + pass - 1;
             to += pass, wished = 2 * pass, slowestSample_ = slowestTile_ = 0;
             ParallelFor(film_.Tiles(), [&](size_t tile) {
                 if (!Interrupted())
