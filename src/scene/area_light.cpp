@@ -15,21 +15,16 @@ bool DiffuseAreaLight::Sample_Li(const Point3f &ref, const Point2f &u, LightSamp
     ShapeSample point;
     if (L_.IsBlack() || !solids_->Sample(geometryId_, ref, u, &point))
         return false;
-    const Vector3f toLight = point.p - ref;
-    const float distance = toLight.Length();
-    if (!(distance > 0 && distance < Infinity))
-        return false;
-    const Vector3f wi = toLight / distance;
-    const Spectrum radiance = L(point.n, -wi);
-    if (radiance.IsBlack())
+    const float distance = point.distance;
+    if (!(distance > 0 && distance < Infinity) || !(twoSided_ || point.cosine > 0))
         return false;
     // Stop short of the emitter by what rounding may have moved its point, the start and the direction's far
     // end across its plane, seen along the ray.
     const Vector3f n(std::abs(point.n.x), std::abs(point.n.y), std::abs(point.n.z));
     const Vector3f from(std::abs(ref.x), std::abs(ref.y), std::abs(ref.z));
     const float across = Dot(n, point.pError + from * 0x1p-22f) + distance * 0x1p-21f;
-    const float slack = across / std::max(AbsDot(point.n, wi), 1e-4f);
-    *sample = {wi, point.pdf, std::max(0.f, distance - slack), radiance, false};
+    const float slack = across / std::max(std::abs(point.cosine), 1e-4f);
+    *sample = {point.wi, point.pdf, std::max(0.f, distance - slack), L_, false};
     return true;
 }
 

@@ -445,10 +445,6 @@ double Quadric::WorldArea() const {
     return sum / (kSteps * kSteps);
 }
 
-double Quadric::Density(const Point3f &world) const {
-    return AreaDensity(Refined(worldToObject_.Point(Vector3d(world))));
-}
-
 bool Quadric::Sample(const Point2f &u, ShapeSample *sample) const {
     Vector3d p;
     if (empty || !SampleObject(u.x, u.y, &p))
@@ -461,19 +457,71 @@ bool Quadric::Sample(const Point2f &u, ShapeSample *sample) const {
     return sample->pdf > 0 && std::isfinite(sample->pdf);
 }
 
-double Quadric::ConeSize(const Point3f &ref) const {
-    const double d2 = (center_ - Vector3d(ref)).LengthSquared(), r2 = worldRadius_ * worldRadius_;
-    if (!(worldRadius_ > 0 && d2 > r2))
-        return 0;
-    const double sin2 = r2 / d2;
-    return sin2 / (1 + std::sqrt(1 - sin2));
+// A place from which the surface is looked at. One that is on it as far as rounded coordinates tell is put
+// onto it, in double: else half of the points of a sphere would see it from outside, and the other half from
+// inside.
+struct Quadric::Viewer {
+    Vector3d p;      // in world space
+    bool onSurface;  // or on what would be the surface if it were not cut off
+    double cone = 0; // 1 - cos of half the angle that a full sphere subtends, seen from outside; else 0
+};
+Quadric::Viewer Quadric::ViewerAt(const Point3f &ref) const {
+    const Vector3d world(ref), p = worldToObject_.Point(world), q = Refined(p), off = Abs(q - p);
+    // Twice what rounding to single precision moves a point, and what the transformations round off.
+    const Vector3d rounding = Abs(world) * 0x1p-23;
+    Viewer viewer{world, true};
+    for (int i = 0; i < 3; ++i) {
+        const double *row = worldToObject_.m[i];
+        const double bound = std::abs(row[0]) * rounding.x + std::abs(row[1]) * rounding.y +
+                             std::abs(row[2]) * rounding.z + 0x1p-48 * (std::abs(row[3]) + std::abs(q[i]));
+        viewer.onSurface = viewer.onSurface && off[i] <= bound; // false for NaN: the centre of a sphere
+    }
+    if (viewer.onSurface)
+        viewer.p = objectToWorld_.Point(q);
+    const double d2 = (center_ - world).LengthSquared(), r2 = worldRadius_ * worldRadius_;
+    if (worldRadius_ > 0 && !viewer.onSurface && d2 > r2) {
+        const double sin2 = r2 / d2;
+        viewer.cone = sin2 / (1 + std::sqrt(1 - sin2));
+    }
+    return viewer;
 }
 
-bool Quadric::SampleCone(double cone, const Point3f &ref, const Point2f &u, ShapeSample *sample) const {
-    // Uniform in the cone: 1 - cos theta is uniform in [0, cone].
-    const double x = u.x * cone, cosTheta = 1 - x, sin2 = x * (2 - x);
+// Looks at a point p of the surface, in object space; fills in what a sample says of it (or nothing, if
+// null). Returns the density per steradian of points that are sampled by area; 0 where none are taken.
+float Quadric::SeenDensity(const Viewer &viewer, const Vector3d &p, ShapeSample *sample) const {
+    // From its own plane a disk is a line. Where the height above it is all rounding, no point is taken.
+    if (viewer.onSurface && kind == QuadricKind::Disk)
+        return 0;
+    return SolidAngleDensity(AreaDensity(p), objectToWorld_.Point(p) - viewer.p, WorldNormal(p), sample);
+}
+
+bool Quadric::Sample(const Point3f &ref, const Point2f &u, ShapeSample *sample) const {
+    const Viewer viewer = ViewerAt(ref);
+    if (viewer.cone > 0)
+        return SampleCone(viewer, u, sample);
+    Vector3d p;
+    if (empty || !SampleObject(u.x, u.y, &p))
+        return false;
+    const Vector3d world = objectToWorld_.Point(p);
+    sample->p = Point3f(world);
+    sample->pError = RoundingError(world) + TransformError(p);
+    sample->n = Normal3f(WorldNormal(p));
+    sample->pdf = SeenDensity(viewer, p, sample);
+    return sample->pdf > 0;
+}
+
+float Quadric::Pdf(const Point3f &ref, const Point3f &world) const {
+    const Viewer viewer = ViewerAt(ref);
+    if (viewer.cone > 0)
+        return static_cast<float>(1 / (2 * kPi<double> * viewer.cone));
+    return SeenDensity(viewer, Refined(worldToObject_.Point(Vector3d(world))), nullptr);
+}
+
+// Uniform in the cone: 1 - cos theta is uniform in [0, cone].
+bool Quadric::SampleCone(const Viewer &viewer, const Point2f &u, ShapeSample *sample) const {
+    const double x = u.x * viewer.cone, cosTheta = 1 - x, sin2 = x * (2 - x);
     const double phi = 2 * kPi<double> * u.y;
-    const Vector3d toCenter = center_ - Vector3d(ref);
+    const Vector3d toCenter = center_ - viewer.p;
     const double dc2 = toCenter.LengthSquared(), dc = std::sqrt(dc2);
     Vector3d s, t;
     const Vector3d axis = toCenter / dc;
@@ -483,12 +531,17 @@ bool Quadric::SampleCone(double cone, const Point3f &ref, const Point2f &u, Shap
     const double r2 = worldRadius_ * worldRadius_;
     const double distance = dc * cosTheta - std::sqrt(std::max(0., r2 - dc2 * sin2));
     // Onto the sphere, against the rounding near the limb.
-    const Vector3d n = Normalize(Vector3d(ref) + w * distance - center_);
+    const Vector3d n = Normalize(viewer.p + w * distance - center_);
     const Vector3d p = center_ + n * worldRadius_;
     sample->p = Point3f(p);
     sample->pError = RoundingError(p);
     sample->n = Normal3f(reverseOrientation_ ? -n : n);
-    sample->pdf = static_cast<float>(1 / (2 * kPi<double> * cone));
+    sample->pdf = static_cast<float>(1 / (2 * kPi<double> * viewer.cone));
+    sample->wi = Vector3f(w);
+    sample->distance = static_cast<float>(distance);
+    // From outside the sphere's outer side is seen, up to the limb.
+    const double cosine = std::max(-Dot(n, w), 1e-30);
+    sample->cosine = static_cast<float>(reverseOrientation_ ? -cosine : cosine);
     return std::isfinite(sample->pdf);
 }
 

@@ -62,12 +62,11 @@ struct Quadric {
     // Samples a point for u in [0, 1)^2, with a density per world area: uniform in object space; of a
     // hyperboloid uniform in z and phi. False where there is none.
     bool Sample(const Point2f &u, ShapeSample *sample) const;
-    // Samples a full sphere as seen from ref, uniformly in solid angle; cone: ConeSize(ref), > 0.
-    bool SampleCone(double cone, const Point3f &ref, const Point2f &u, ShapeSample *sample) const;
-    // The density of Sample per world area at a point of the surface in world space.
-    double Density(const Point3f &world) const;
-    // 1 - cos of half the angle that the sphere subtends from ref; 0 unless ref is outside a full sphere.
-    double ConeSize(const Point3f &ref) const;
+    // Samples a point as seen from ref: a full sphere from outside uniformly in solid angle, all else by area.
+    // False where it is seen edge-on, as a disk from its own plane.
+    bool Sample(const Point3f &ref, const Point2f &u, ShapeSample *sample) const;
+    // The density of Sample per steradian from ref at a point of the surface in world space.
+    float Pdf(const Point3f &ref, const Point3f &world) const;
 
     QuadricKind kind;
     bool empty = false; // no surface: no ray meets it
@@ -90,6 +89,10 @@ struct Quadric {
     Vector3f TransformError(const Vector3d &p) const;
     double ObjectDensity(const Vector3d &p) const;
     double AreaDensity(const Vector3d &p) const { return ObjectDensity(p) / Stretch(p); }
+    struct Viewer;
+    Viewer ViewerAt(const Point3f &ref) const;
+    bool SampleCone(const Viewer &viewer, const Point2f &u, ShapeSample *sample) const;
+    float SeenDensity(const Viewer &viewer, const Vector3d &p, ShapeSample *sample) const;
     double Slant(double z) const;
     bool SampleObject(double u0, double u1, Vector3d *p) const;
     double Stretch(const Vector3d &p) const;

@@ -98,14 +98,23 @@ struct SolidGeometry {
     std::unique_ptr<Quadric> quadric;
 };
 
-// Turns a density per area into one per solid angle; 0 or infinity where the surface is seen edge-on.
-float SolidAnglePdf(float pdfArea, const Point3f &ref, const Point3f &p, const Normal3f &n) {
-    const Vector3d w = Vector3d(p) - Vector3d(ref);
-    const double d2 = w.LengthSquared(), cosTimesD = std::abs(Dot(w, Vector3d(n)));
-    return static_cast<float>(pdfArea * d2 * std::sqrt(d2) / cosTimesD);
-}
-
 } // namespace
+
+float SolidAngleDensity(double pdfArea, const Vector3d &way, double height, ShapeSample *sample) {
+    const double d2 = way.LengthSquared(), d = std::sqrt(d2);
+    const auto pdf = static_cast<float>(pdfArea * d2 * d / std::abs(height));
+    if (!(pdf > 0 && std::isfinite(pdf)))
+        return 0;
+    if (sample) {
+        sample->wi = Vector3f(way / d);
+        sample->distance = static_cast<float>(d);
+        sample->cosine = static_cast<float>(height / d);
+    }
+    return pdf;
+}
+float SolidAngleDensity(double pdfArea, const Vector3d &way, const Vector3d &n, ShapeSample *sample) {
+    return SolidAngleDensity(pdfArea, way, -Dot(way, n), sample);
+}
 
 Point3f OffsetRayOrigin(const Point3f &p, const Vector3f &pError, const Normal3f &n, const Vector3f &w) {
     const float d = Dot(Abs(n), pError);
@@ -313,23 +322,12 @@ bool SolidSet::Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample
 
 bool SolidSet::Sample(uint32_t geometryId, const Point3f &ref, const Point2f &u, ShapeSample *sample) const {
     const SolidGeometry &g = impl_->geometries[geometryId];
-    if (const double cone = g.quadric ? g.quadric->ConeSize(ref) : 0; cone > 0)
-        return g.quadric->SampleCone(cone, ref, u, sample);
-    if (!Sample(geometryId, u, sample))
-        return false;
-    sample->pdf = SolidAnglePdf(sample->pdf, ref, sample->p, sample->n);
-    return sample->pdf > 0 && std::isfinite(sample->pdf);
+    return g.quadric ? g.quadric->Sample(ref, u, sample) : g.mesh->Sample(ref, u, sample);
 }
 
 float SolidSet::Pdf(const Point3f &ref, const SolidHit &hit) const {
     const SolidGeometry &g = impl_->geometries[hit.geometryId];
-    if (const double cone = g.quadric ? g.quadric->ConeSize(ref) : 0; cone > 0)
-        return static_cast<float>(1 / (2 * kPi<double> * cone));
-    const float pdfArea =
-        g.quadric ? static_cast<float>(g.quadric->Density(hit.p)) : g.mesh->Density(hit.primId);
-    const float pdf = SolidAnglePdf(pdfArea, ref, hit.p, hit.n);
-    // Seen exactly edge-on (or from the surface itself) no sample is taken: Sample returns false there.
-    return std::isfinite(pdf) ? pdf : 0;
+    return g.quadric ? g.quadric->Pdf(ref, hit.p) : g.mesh->Pdf(ref, hit.primId, hit.p);
 }
 
 } // namespace cuticle

@@ -43,7 +43,19 @@ struct ShapeSample {
     Vector3f pError;
     Normal3f n; // oriented as SolidHit::n
     float pdf = 0;
+    // Where a reference point was given: the way from there to p. All three are computed in double, before p
+    // is rounded: near the surface, and at grazing angles, p and n would say nothing of the side any more.
+    Vector3f wi; // of unit length
+    float distance = 0;
+    float cosine = 0; // between n and the way back: above 0 where the side is seen that n points to
 };
+
+// The density per solid angle, from the start of `way` to a point of normal n (unit length) on a surface, of
+// points that have the density pdfArea per area. Or, by the height of the start above the plane of that point,
+// where it is known better than as Dot(-way, n). Fills in wi, distance and cosine of *sample (which may be null). 0 where
+// the surface is seen edge-on or the density is beyond what a float holds.
+float SolidAngleDensity(double pdfArea, const Vector3d &way, const Vector3d &n, ShapeSample *sample);
+float SolidAngleDensity(double pdfArea, const Vector3d &way, double height, ShapeSample *sample);
 
 // Returns the origin for a ray that leaves p toward w without meeting the surface again: p moved along n by
 // as much as pError allows p to be off, on the side of w, and each coordinate rounded away from p (pbrt-v3,
@@ -101,7 +113,9 @@ class SolidSet {
     // [0,1)^2. False for a shape of no area, and where a hyperboloid of two sheets has none.
     bool Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample) const;
     // Samples a point as seen from ref: on a full sphere that ref is outside of by solid angle, on all else
-    // by area; pdf is per steradian. False where pdf would be 0 or infinite.
+    // by area; pdf is per steradian. A ref that is on a quadric as far as its rounded coordinates tell is
+    // taken to be on it exactly. False where pdf would be 0 or infinite, and for a triangle or a disk whose
+    // plane holds ref: what is seen of it there is rounding, and is left to rays that meet it by chance.
     bool Sample(uint32_t geometryId, const Point3f &ref, const Point2f &u, ShapeSample *sample) const;
     // Returns the density per steradian with which Sample(geometryId, ref, ...) picks the direction that led
     // to hit.

@@ -179,23 +179,47 @@ const TracedMesh::Sampling &TracedMesh::GetSampling() const {
 
 double TracedMesh::Area() const { return GetSampling().area; }
 
-bool TracedMesh::Sample(const Point2f &u, ShapeSample *sample) const {
+bool TracedMesh::Sample(const Point2f &u, ShapeSample *sample, size_t *triangle, Vector3d *p) const {
     const Sampling &sampling = GetSampling();
     if (!sampling.byArea)
         return false;
     float u0;
-    const size_t triangle = sampling.byArea->SampleDiscrete(u.x, nullptr, &u0);
+    *triangle = sampling.byArea->SampleDiscrete(u.x, nullptr, &u0);
     const Point2f b = UniformSampleTriangle({u0, u.y});
     const Vector3d bary = {b.x, b.y, 1 - double(b.x) - double(b.y)};
-    const Vector3d p = Point(triangle, bary);
-    sample->p = Point3f(p);
-    sample->pError = RoundingError(p);
-    sample->n = Normal3f(OrientedNormal(AreaNormal(triangle), ShadingNormal(triangle, bary)));
-    sample->pdf = sampling.byArea->DiscretePDF(triangle) / TriangleArea(triangle);
+    *p = Point(*triangle, bary);
+    sample->p = Point3f(*p);
+    sample->pError = RoundingError(*p);
+    sample->n = Normal3f(OrientedNormal(AreaNormal(*triangle), ShadingNormal(*triangle, bary)));
+    sample->pdf = sampling.byArea->DiscretePDF(*triangle) / TriangleArea(*triangle);
     return sample->pdf > 0 && std::isfinite(sample->pdf);
 }
+bool TracedMesh::Sample(const Point2f &u, ShapeSample *sample) const {
+    size_t triangle;
+    Vector3d p;
+    return Sample(u, sample, &triangle, &p);
+}
 
-float TracedMesh::Density(uint32_t given) const {
+// Returns the height of ref above the plane of a triangle, on the side of AreaNormal; 0 where it is no more
+// than what ref's rounded coordinates leave open.
+double TracedMesh::HeightAbove(size_t triangle, const Point3f &ref) const {
+    const Vector3d n = Normalize(AreaNormal(triangle)), world(ref);
+    const double height = Dot(world - P(*Corners(triangle)), n);
+    return std::abs(height) > Dot(Abs(n), Abs(world)) * 0x1p-23 ? height : 0;
+}
+
+bool TracedMesh::Sample(const Point3f &ref, const Point2f &u, ShapeSample *sample) const {
+    size_t triangle;
+    Vector3d p;
+    if (!Sample(u, sample, &triangle, &p))
+        return false;
+    const double height = HeightAbove(triangle, ref);
+    const bool turned = Dot(AreaNormal(triangle), Vector3d(sample->n)) < 0;
+    sample->pdf = SolidAngleDensity(sample->pdf, p - Vector3d(ref), turned ? -height : height, sample);
+    return sample->pdf > 0;
+}
+
+float TracedMesh::Pdf(const Point3f &ref, uint32_t given, const Point3f &p) const {
     const Sampling &sampling = GetSampling();
     size_t triangle = given;
     if (!given_.empty())
@@ -203,7 +227,8 @@ float TracedMesh::Density(uint32_t given) const {
             static_cast<size_t>(std::lower_bound(given_.begin(), given_.end(), given) - given_.begin());
     if (!sampling.byArea || triangle >= Triangles())
         return 0;
-    return sampling.byArea->DiscretePDF(triangle) / TriangleArea(triangle);
+    return SolidAngleDensity(sampling.byArea->DiscretePDF(triangle) / TriangleArea(triangle),
+                             Vector3d(p) - Vector3d(ref), HeightAbove(triangle, ref), nullptr);
 }
 
 } // namespace cuticle

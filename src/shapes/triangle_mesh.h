@@ -62,14 +62,19 @@ class TracedMesh {
     double Area() const;
     // Samples a point uniformly over the area; pdf is per area. u in [0, 1)^2. False where there is none.
     bool Sample(const Point2f &u, ShapeSample *sample) const;
-    // The density of Sample per area on a triangle, counted as it was given; 0 where it was dropped.
-    float Density(uint32_t given) const;
+    // The same as seen from ref; pdf is per steradian. False also where ref lies in the plane of the triangle.
+    bool Sample(const Point3f &ref, const Point2f &u, ShapeSample *sample) const;
+    // The density of that per steradian at a point of a triangle, counted as it was given; 0 where it was
+    // dropped.
+    float Pdf(const Point3f &ref, uint32_t given, const Point3f &p) const;
 
   private:
     struct Sampling; // what area lights need, made when first asked for
 
     void DropUselessTriangles();
     const Sampling &GetSampling() const;
+    bool Sample(const Point2f &u, ShapeSample *sample, size_t *triangle, Vector3d *p) const;
+    double HeightAbove(size_t triangle, const Point3f &ref) const;
     const uint32_t *Corners(size_t triangle) const { return &mesh_.indices[3 * triangle]; }
     Vector3d P(uint32_t vertex) const { return Vector3d(mesh_.p[vertex]); }
     Vector3d Point(size_t triangle, const Vector3d &b) const {

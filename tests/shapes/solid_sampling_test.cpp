@@ -173,5 +173,114 @@ TEST(Sampling, SphereConeIsExact) {
     }
 }
 
+// From a place on a sphere, rounded to single precision and so as often outside as inside, the whole sphere is
+// seen from inside: a point at distance d has the cosine d / 2R at both ends and the density d / 2 pi R, and
+// every single sample of the irradiance is pi. Far away from the origin as well.
+TEST(Sampling, SphereIsSeenFromItsOwnSurface) {
+    RNG rng(24);
+    for (const float far : {0.f, 100.f, 1e4f}) {
+        SolidSet set;
+        const Transform t = Transform::Translate({far, -far, 2 * far}) * Transform::Rotate(33, {1, 2, 3});
+        const double radius = 1.5;
+        const uint32_t id = set.AddSphere(t, 1.5f, -2, 2, 360, 0, true);
+        set.Commit();
+        for (int k = 0; k < 3000; ++k) {
+            ShapeSample at, seen;
+            ASSERT_TRUE(set.Sample(id, {rng.UniformFloat(), rng.UniformFloat()}, &at));
+            ASSERT_TRUE(set.Sample(id, at.p, {rng.UniformFloat(), rng.UniformFloat()}, &seen));
+            const double rounding = (1 + 2.5 * double(far)) * 0x1p-23;
+            EXPECT_GT(seen.cosine, 0) << "inside, whatever the rounding";
+            EXPECT_NEAR(seen.cosine, seen.distance / (2 * radius), 1e-5);
+            if (seen.distance > 0.05) {
+                EXPECT_NEAR(double(Dot(at.n, seen.wi) / seen.pdf), kPi<double>,
+                            100 * rounding / seen.distance + 1e-4);
+            }
+            SolidHit hit;
+            hit.geometryId = id, hit.p = seen.p, hit.n = seen.n;
+            EXPECT_NEAR(set.Pdf(at.p, hit) / seen.pdf, 1, 4 * rounding / seen.distance + 1e-6);
+        }
+    }
+}
+
+// The irradiance across a sphere's surface, on a plane that faces its centre: pi R^2 / d^2 outside, pi inside
+// (of a uniform field) wherever the place is.
+TEST(Sampling, SphereIsTheSameNearItsSurface) {
+    const auto irradiance = [](float z, bool inward) {
+        SolidSet set;
+        const uint32_t id = set.AddSphere(Transform(), 1, -1, 1, 360, 0, inward);
+        set.Commit();
+        constexpr int kGrid = 500;
+        double sum = 0;
+        for (int i = 0; i < kGrid; ++i)
+            for (int j = 0; j < kGrid; ++j) {
+                ShapeSample s;
+                const Point2f u{(static_cast<float>(i) + 0.5f) / kGrid,
+                                (static_cast<float>(j) + 0.5f) / kGrid};
+                if (set.Sample(id, {0, 0, z}, u, &s) && s.cosine > 0)
+                    sum += std::max(0.f, -s.wi.z) / s.pdf;
+            }
+        return sum / (kGrid * kGrid);
+    };
+    for (const float out : {1e-6f, 1e-4f, 0.1f, 1.f}) {
+        const double d = 1 + double(out);
+        EXPECT_NEAR(irradiance(1 + out, false), kPi<double> / (d * d), 1e-4) << out << " outside";
+    }
+    EXPECT_NEAR(irradiance(1, true), kPi<double>, 1e-4) << "on it";
+    // By area, of which half lies behind the place: the midpoint rule smears the part that is near.
+    EXPECT_NEAR(irradiance(0.9f, true), kPi<double>, 5e-3) << "inside";
+}
+
+// The limb of a sphere is seen from outside, however the last bits fall; so is all of it from afar.
+TEST(Sampling, SphereShowsItsOuterSideUpToTheLimb) {
+    for (const bool reversed : {false, true})
+        for (const float d : {1.00001f, 1.5f, 1e4f}) {
+            SolidSet set;
+            const uint32_t id = set.AddSphere(Transform::Translate({0.3, -2, 5}), 1, -1, 1, 360, 0, reversed);
+            set.Commit();
+            for (int k = 0; k < 100; ++k) {
+                ShapeSample s;
+                ASSERT_TRUE(
+                    set.Sample(id, {0.3f, -2, 5 + d}, {OneMinusEpsilon, 0.01f * static_cast<float>(k)}, &s));
+                EXPECT_EQ(s.cosine > 0, !reversed) << d;
+                EXPECT_LT(std::abs(s.cosine), 0.01f) << d;
+                EXPECT_TRUE(IsFinite(s.wi) && s.distance > 0) << d;
+            }
+        }
+}
+
+// A flat emitter does not light its own plane, and its two sides are told apart right above it. Rounded
+// corners and places leave a height of a few last bits either way: that is no side.
+TEST(Sampling, FlatEmittersAreDarkInTheirPlane) {
+    RNG rng(25);
+    for (int round = 0; round < 100; ++round) {
+        const Transform t = Transform::Translate(Vector3d(RandomPoint(rng, 50))) *
+                            Transform::Rotate(360 * rng.UniformFloat(), Vector3d(RandomDirection(rng)));
+        SolidSet set;
+        TriangleMesh mesh;
+        mesh.p = {t.Point({0, 0, 0}), t.Point({1, 0, 0}), t.Point({0, 1, 0})};
+        mesh.indices = {0, 1, 2};
+        const uint32_t ids[] = {set.AddDisk(t, 0, 1, 0, 360, 0, false), set.AddMesh(mesh, 1, false)};
+        set.Commit();
+        for (const uint32_t id : ids) {
+            const auto u = [&] { return Point2f(rng.UniformFloat(), rng.UniformFloat()); };
+            ShapeSample at, seen;
+            ASSERT_TRUE(set.Sample(id, u(), &at));
+            EXPECT_FALSE(set.Sample(id, at.p, u(), &seen)) << "shape " << id;
+            SolidHit hit;
+            hit.geometryId = id;
+            ASSERT_TRUE(set.Sample(id, u(), &seen));
+            hit.p = seen.p, hit.n = seen.n;
+            EXPECT_EQ(set.Pdf(at.p, hit), 0) << "shape " << id;
+            for (const float side : {-1e-4f, 1e-4f}) {
+                const Point3f above = at.p + at.n * side;
+                ASSERT_TRUE(set.Sample(id, above, u(), &seen));
+                EXPECT_EQ(seen.cosine > 0, side > 0) << "shape " << id;
+                hit.p = seen.p, hit.n = seen.n;
+                EXPECT_NEAR(set.Pdf(above, hit) / seen.pdf, 1, 0.01) << "shape " << id;
+            }
+        }
+    }
+}
+
 } // namespace
 } // namespace cuticle
