@@ -62,8 +62,8 @@ struct Quadric {
     // Samples a point for u in [0, 1)^2, with a density per world area: uniform in object space; of a
     // hyperboloid uniform in z and phi. False where there is none.
     bool Sample(const Point2f &u, ShapeSample *sample) const;
-    // Samples a point as seen from ref: a full sphere from outside uniformly in solid angle, all else by area.
-    // False where it is seen edge-on, as a disk from its own plane.
+    // Samples a point as seen from ref: a full sphere from outside uniformly in solid angle, all else by
+    // area. False where it is seen edge-on, as a disk from its own plane.
     bool Sample(const Point3f &ref, const Point2f &u, ShapeSample *sample) const;
     // The density of Sample per steradian from ref at a point of the surface in world space.
     float Pdf(const Point3f &ref, const Point3f &world) const;

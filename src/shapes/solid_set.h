@@ -43,17 +43,18 @@ struct ShapeSample {
     Vector3f pError;
     Normal3f n; // oriented as SolidHit::n
     float pdf = 0;
-    // Where a reference point was given: the way from there to p. All three are computed in double, before p
-    // is rounded: near the surface, and at grazing angles, p and n would say nothing of the side any more.
+    // The next three tell the way from a reference point to p, where one was given. All are computed in
+    // double, before p is rounded: near the surface, and at grazing angles, p and n would say nothing of the
+    // side any more.
     Vector3f wi; // of unit length
     float distance = 0;
     float cosine = 0; // between n and the way back: above 0 where the side is seen that n points to
 };
 
-// The density per solid angle, from the start of `way` to a point of normal n (unit length) on a surface, of
-// points that have the density pdfArea per area. Or, by the height of the start above the plane of that point,
-// where it is known better than as Dot(-way, n). Fills in wi, distance and cosine of *sample (which may be null). 0 where
-// the surface is seen edge-on or the density is beyond what a float holds.
+// Returns the density per solid angle, from the start of `way` to a point of normal n (unit length) on a
+// surface, of points that have the density pdfArea per area. Or, by the height of the start above the plane
+// of that point, where it is known better than as Dot(-way, n). Fills in wi, distance and cosine of *sample
+// (which may be null). 0 where the surface is seen edge-on or the density is beyond what a float holds.
 float SolidAngleDensity(double pdfArea, const Vector3d &way, const Vector3d &n, ShapeSample *sample);
 float SolidAngleDensity(double pdfArea, const Vector3d &way, double height, ShapeSample *sample);
 

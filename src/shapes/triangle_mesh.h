@@ -62,7 +62,7 @@ class TracedMesh {
     double Area() const;
     // Samples a point uniformly over the area; pdf is per area. u in [0, 1)^2. False where there is none.
     bool Sample(const Point2f &u, ShapeSample *sample) const;
-    // The same as seen from ref; pdf is per steradian. False also where ref lies in the plane of the triangle.
+    // The same as seen from ref; pdf is per steradian. False also where ref lies in the triangle's plane.
     bool Sample(const Point3f &ref, const Point2f &u, ShapeSample *sample) const;
     // The density of that per steradian at a point of a triangle, counted as it was given; 0 where it was
     // dropped.

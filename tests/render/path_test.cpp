@@ -91,7 +91,7 @@ TEST(Furnace, WhiteHairVanishesUnderLightSampling) {
 }
 
 // Inside a closed body that sends out 1 and reflects Kd = 1/2, n bounces add up to 2 - 2^-n from every place:
-// 1.5 with one, 2 with fifty. Every shape that may emit takes part; a wide angle looks at edges and corners, and
+// 1.5 with one, 2 with fifty. Every shape that may emit takes part; a wide angle looks at edges, too, and
 // each body also stands where single precision leaves four digits of its points. Significance: 5 standard
 // errors of each mean. Far away a ray starts h = 6000 x 2^-24 above the surface; where it leaves at less than
 // sqrt(h / 2r) above the horizon, h / 2r of all light, it meets another place than light sampling thinks.

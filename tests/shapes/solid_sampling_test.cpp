@@ -173,8 +173,8 @@ TEST(Sampling, SphereConeIsExact) {
     }
 }
 
-// From a place on a sphere, rounded to single precision and so as often outside as inside, the whole sphere is
-// seen from inside: a point at distance d has the cosine d / 2R at both ends and the density d / 2 pi R, and
+// A place on a sphere, rounded to single precision and so as often outside as inside, sees the whole sphere
+// from inside: a point at distance d has the cosine d / 2R at both ends and the density d / 2 pi R, and
 // every single sample of the irradiance is pi. Far away from the origin as well.
 TEST(Sampling, SphereIsSeenFromItsOwnSurface) {
     RNG rng(24);
