@@ -63,7 +63,7 @@ class ManyLobesMaker final : public FiberMaker {
         for (size_t i = 0; i < 3; ++i) {
             p.betaM[i] = LongitudinalWidth(i, at.betaM);
             p.betaN[i] = AzimuthalWidth(at.betaN);
-            p.alpha[i] = -towardRoot * kTiltInAlpha[i] * at.alpha;
+            p.alpha[i] = towardRoot * ShiftOfTilt(i, at.alpha);
         }
         return p;
     }

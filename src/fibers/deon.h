@@ -264,12 +264,18 @@ class ChosenLobesBSDF final : public BxDFOf<ChosenLobes<Float>> {
 
 //> Tabulate $N_p$
 // All lobes of one fiber over theta_d and phi; what is tabulated does not depend on alpha and betaM. Made
-// with all threads of the current task arena, in hundredths of a second, or half a second of one core where
-// lobes are narrowest. Throws Error for a near-field fiber. T is float or double.
+// with all threads of the current task arena, in hundredths of a second where lobes are wide, in about a
+// second of one core where five of them are narrowest. Throws Error for a near-field fiber, and for one that
+// a table does not hold. T is float or double.
 template <typename T>
 class DEonTableOf {
   public:
     explicit DEonTableOf(const DEonParameters &parameters);
+    // Why a table would not hold the fiber: its lobes are narrower around it than kNarrowest, so that columns
+    // and rows would be too far apart, or they are so many of them that it would be too large; else empty.
+    static std::string WhyNot(const DEonParameters &parameters);
+    static constexpr float kNarrowest = 1; // degree
+    static constexpr size_t kMaxCells = 2'500'000;
     // The same table for the same parameters, while anyone holds it. Thread-safe.
     static std::shared_ptr<const DEonTableOf> Cached(const DEonParameters &parameters);
 

@@ -20,8 +20,8 @@ constexpr std::string_view kPaths[] = {"chord", "printed"};
 
 //> Make d'Eon's model of a fiber
 // Alpha and widths are those of the default model where the scene does not give them. N_p comes from a table
-// where nothing that it depends on varies over the hair, else from quadrature; "evaluation" demands one of
-// the two.
+// where nothing that it depends on varies over the hair and a table holds it, else from quadrature;
+// "evaluation" demands one of the two.
 class DEonMaker final : public FiberMaker {
   public:
     explicit DEonMaker(const FiberSettings &settings) : angles_(settings, 1) {
@@ -50,8 +50,13 @@ class DEonMaker final : public FiberMaker {
             throw settings.ErrorAt(
                 "evaluation", "a table needs a far field, and a colour, eta and widths around the fiber that "
                               "are the same everywhere");
-        if (evaluation != 2 && !near_ && !varies)
-            table_ = DEonTable::Cached(ParametersAt(settings.AtOnePlace()));
+        if (evaluation == 2 || near_ || varies)
+            return;
+        const DEonParameters p = ParametersAt(settings.AtOnePlace());
+        if (const std::string why = DEonTable::WhyNot(p); why.empty())
+            table_ = DEonTable::Cached(p);
+        else if (evaluation == 1)
+            throw settings.ErrorAt("evaluation", why + "; take \"auto\" or \"quadrature\"");
     }
     void Make(const FiberInputs &at, FiberStorage *fiber) const override {
         if (table_)
@@ -75,7 +80,7 @@ class DEonMaker final : public FiberMaker {
         p.sigmaA = at.sigmaA;
         for (size_t i = 0; i < 3; ++i) {
             p.betaM[i] = angles_.Width(i, at);
-            p.alpha[i] = angles_.Shift(i, at, -kTiltInAlpha[i] * at.alpha);
+            p.alpha[i] = angles_.Shift(i, at, ShiftOfTilt(i, at.alpha));
             p.betaN[i] = azimuth_[i] ? at.numbers[*azimuth_[i]] : AzimuthalWidth(at.betaN);
         }
         if (near_)
@@ -139,7 +144,9 @@ constexpr ParamInfo kParams[] = {
      .type = "string",
      .unit = "",
      .defaultValue = "auto",
-     .meaning = "N_p from a table where colour, eta and widths are the same everywhere, or by quadrature",
+     .meaning =
+         "N_p from a table where colour, eta and widths are the same everywhere and a table holds them "
+         "(of 1 degree and more), or by quadrature",
      .choices = kEvaluations},
     {.name = "inclination",
      .type = "string",

@@ -11,15 +11,14 @@ namespace cuticle {
 
 namespace {
 //> Choose the table's resolution
-// Columns: a tenth of the narrowest width apart, or a degree; at most 2048. Rows: 64, and more for narrow
-// lobes, since caustics move from row to row.
+// Columns: a tenth of the narrowest width apart, or a degree. Rows: 64, and more for narrow lobes, since
+// caustics move from row to row.
+float NarrowestOf(const DEonParameters &p) { return std::min({p.betaN[0], p.betaN[1], p.betaN[2]}); }
 size_t ColumnsFor(const DEonParameters &p) {
-    const float narrowest = std::min({p.betaN[0], p.betaN[1], p.betaN[2]});
-    return 1 + static_cast<size_t>(std::clamp(180 / std::min(1.f, narrowest / 10), 180.f, 2048.f));
+    return 1 + static_cast<size_t>(180 / std::min(1.f, NarrowestOf(p) / 10));
 }
 size_t RowsFor(const DEonParameters &p) {
-    const float narrowest = std::min({p.betaN[0], p.betaN[1], p.betaN[2]});
-    return static_cast<size_t>(64 * std::clamp(4 / narrowest, 1.f, 4.f));
+    return static_cast<size_t>(64 * std::max(1.f, 4 / NarrowestOf(p)));
 }
 //<
 
@@ -44,6 +43,21 @@ std::pair<size_t, size_t> ColumnsNear(double turn, double reach, double step, si
 //<
 } // namespace
 
+//> Say which fibers a table holds
+template <typename T>
+std::string DEonTableOf<T>::WhyNot(const DEonParameters &given) {
+    const DEonParameters p = CheckedDEon(given);
+    if (const float narrowest = NarrowestOf(p); narrowest < kNarrowest)
+        return fmt::format("lobes of {:.3g} degrees around the fiber are too narrow for a table, which holds "
+                           "those of {} degree and more",
+                           narrowest, kNarrowest);
+    if (const size_t cells = RowsFor(p) * ColumnsFor(p) * p.AllLobes(); cells > kMaxCells)
+        return fmt::format("{} lobes of {:.3g} degrees make a table of {} cells, more than {}", p.AllLobes(),
+                           NarrowestOf(p), cells, kMaxCells);
+    return {};
+}
+//<
+
 //> Fill the table
 template <typename T>
 DEonTableOf<T>::DEonTableOf(const DEonParameters &given)
@@ -51,6 +65,8 @@ DEonTableOf<T>::DEonTableOf(const DEonParameters &given)
     const DEonParameters p = CheckedDEon(given);
     if (p.h)
         throw Error("DEonTable: tables are of far-field fibers, without h");
+    if (const std::string why = WhyNot(p); !why.empty())
+        throw Error("DEonTable: {}", why);
     lobes_ = p.AllLobes();
     n_.resize(rows_ * lobes_ * columns_);
     luminance_.resize(n_.size());

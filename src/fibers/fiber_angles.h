@@ -11,7 +11,7 @@ namespace cuticle {
 //> Split a direction into its angles
 // Unit vectors are asked for. cos theta is the length across the fiber, right also where sin theta is nearly
 // 1. The azimuth stays a vector (y, z) across the fiber, of any length. Straight along the fiber (closer than
-// 1e-19) it is taken as (1, 0).
+// 1e-18, where squares of floats lose their digits) it is taken as (1, 0).
 template <typename T>
 struct FiberAngles {
     T sinTheta, cosTheta, y, z;
@@ -23,8 +23,10 @@ struct FiberAngles {
 };
 template <typename T>
 CUTICLE_INLINE FiberAngles<T> AnglesOf(T x, T y, T z) {
-    const T cosTheta = std::sqrt(y * y + z * z);
-    return {x, cosTheta, cosTheta > 0 ? y : T(1), z};
+    const T square = y * y + z * z;
+    if (square < T(1e-36L))
+        return {x, 0, 1, 0};
+    return {x, std::sqrt(square), y, z};
 }
 // phi_i - phi_o as a vector of any length, its sine and cosine scaled.
 template <typename T>

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace cuticle {
 
@@ -78,6 +79,21 @@ class TruncatedGaussian {
   public:
     const T mass;
 };
+//<
+
+//> Stop an inclination at the poles
+// A float nearest to pi/2 lies beyond it, with a negative cosine. kPole is the largest number that does not,
+// of float and of double. The cosine of an inclination, from -kPole to kPole, is above 0; near the poles a
+// density per steradian grows as 1 / cos, and is held where cos is kPoleCosine: less than 1e-9 of any lobe.
+template <typename T>
+inline constexpr T kPole = std::is_same_v<T, float> ? T(0x1.921fb4p+0) : T(0x1.921fb54442d18p+0);
+template <typename T>
+inline constexpr T kPoleCosine = T(1e-12L);
+template <typename T>
+SinCosine<T> SinCosOfInclination(T theta) {
+    theta = std::clamp(theta, -kPole<T>, kPole<T>);
+    return {std::sin(theta), std::max(std::cos(theta), T(0))};
+}
 //<
 
 //> Draw $\theta$ with a density proportional to $\cos^2 \theta \, d\theta$

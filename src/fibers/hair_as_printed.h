@@ -62,6 +62,19 @@ T MpOf2011(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
 }
 //<
 
+//> Take it with the exponentials together
+// The same number as exact arithmetic has it, light lost and all, for v of 1e-9 and more: exp(-sin sin / v)
+// and the hyperbolic sine meet before either overflows, and the series, whose argument is at most 1/v, fits a
+// double. What a scene gets that asks for the printed form.
+template <typename T>
+T MpOf2011InRange(T cosThetaI, T cosThetaO, T sinThetaI, T sinThetaO, T v) {
+    const double w = 1 / static_cast<double>(v);
+    const double exponent = std::min(0., -(1 + double(sinThetaI) * double(sinThetaO)) * w);
+    const double series = I0<double, 11>(double(cosThetaI) * double(cosThetaO) * w);
+    return static_cast<T>(std::exp(exponent) * series * w / -std::expm1(-2 * w));
+}
+//<
+
 //> Say where the scales tilt
 // OnThetaI: Pharr's text rotates theta_i at evaluation, after sampling; cos theta d theta is not kept and
 // energy with it. OnThetaO: pbrt-v3's program, exact, but toward the tip. None: alpha is ignored.

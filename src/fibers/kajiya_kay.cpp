@@ -71,9 +71,8 @@ FiberValue<T> KajiyaKay<T>::Evaluate(const Vector3<T> &wo, const Vector3<T> &wi)
     //> Weigh the two ways to sample
     if (probabilityOfDiffuse_ >= 0) {
         const T thetaO = std::atan2(o.sinTheta, o.cosTheta), thetaI = std::atan2(i.sinTheta, i.cosTheta);
-        const TruncatedGaussian<T> cone(-thetaO, sigma_, -kPi<T> / 2, kPi<T> / 2);
-        const T coneDensity =
-            cone.Density(thetaI) / (2 * kPi<T> * std::max(i.cosTheta, std::numeric_limits<T>::min()));
+        const T coneDensity = ConeAbout(-thetaO).Density(std::clamp(thetaI, -kPole<T>, kPole<T>)) /
+                              (2 * kPi<T> * std::max(i.cosTheta, kPoleCosine<T>));
         value.pdf = probabilityOfDiffuse_ * diffuse + (1 - probabilityOfDiffuse_) * coneDensity;
     }
     //<
@@ -89,8 +88,8 @@ FiberValue<T> KajiyaKay<T>::Sample(const Vector3<T> &wo, const std::array<T, 4> 
         const SinCosine<T> theta = SampleCosineSquared(u[2], u[3]);
         *wi = {theta.sin, theta.cos * std::cos(phi), theta.cos * std::sin(phi)};
     } else {
-        const T theta = TruncatedGaussian<T>(-thetaO, sigma_, -kPi<T> / 2, kPi<T> / 2).Sample(u[2]);
-        *wi = {std::sin(theta), std::cos(theta) * std::cos(phi), std::cos(theta) * std::sin(phi)};
+        const SinCosine<T> theta = SinCosOfInclination(ConeAbout(-thetaO).Sample(u[2]));
+        *wi = {theta.sin, theta.cos * std::cos(phi), theta.cos * std::sin(phi)};
     }
     return Evaluate(wo, *wi);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fibers/bxdf.h"
+#include "fibers/gaussian.h"
 
 #include <array>
 
@@ -22,6 +23,8 @@ class KajiyaKay {
     T exponent;
 
   private:
+    // Samples the highlight from thetaO = -mean.
+    TruncatedGaussian<T> ConeAbout(T mean) const { return {mean, sigma_, -kPole<T>, kPole<T>}; }
     T peak_;                 // the highlight's value on the cone, per unit of Ks
     T sigma_;                // width of the Gaussian that samples it
     T probabilityOfDiffuse_; // by luminance; negative: both terms are black

@@ -19,6 +19,13 @@ inline float AzimuthalWidth(float betaN) {
 }
 //<
 
+//> Tilt lobe p as the default model does
+// The shift of theta_i + theta_o in degrees, from -180 to 180, for an alpha of any size.
+inline float ShiftOfTilt(size_t p, float alpha) {
+    return static_cast<float>(std::remainder(-double(kTiltInAlpha[p]) * double(alpha), 360.));
+}
+//<
+
 //> Take the angles of three lobes from a scene where it gives them
 // beta_R, beta_TT, beta_TRT and alpha_R, ... in degrees, times `unit`; else those of the default model.
 class LobeAngles {

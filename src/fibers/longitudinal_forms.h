@@ -5,8 +5,6 @@
 #include "fibers/longitudinal.h"
 #include "fibers/mp.h"
 
-#include <limits>
-
 namespace cuticle {
 
 //> Evaluate the three forms
@@ -26,7 +24,7 @@ T LongitudinalLobe<T>::Value(const Inclination<T> &o, const Inclination<T> &i) c
         return SphericalValue(o, i);
     if (form_ == LongitudinalForm::Printed) {
         const SinCosine<T> tilted = TiltedBy(o);
-        return as_printed::MpOf2011(i.cos, tilted.cos, i.sin, tilted.sin, width_ * width_);
+        return as_printed::MpOf2011InRange(i.cos, tilted.cos, i.sin, tilted.sin, width_ * width_);
     }
     const T cosines = i.cos / std::max(SquaredCosOfHalfDifference(o, i), T(1e-12L));
     const T full = Gaussian(width_, o.Angle() + i.Angle() - shift_) * cosines;
@@ -35,18 +33,18 @@ T LongitudinalLobe<T>::Value(const Inclination<T> &o, const Inclination<T> &i) c
 //<
 
 //> Sample the three forms
-// The spherical form is a density as it stands. The Gaussians are cut to [-pi/2, pi/2]; a centre that the
-// shift has carried beyond the pole is put on it.
+// The spherical form is a density as it stands. The Gaussians are cut at the poles; a centre that the shift
+// has carried beyond a pole is put on it, and so is an angle that rounding has.
 template <typename T>
 TruncatedGaussian<T> LongitudinalLobe<T>::Cut(const Inclination<T> &o) const {
-    const T pole = kPi<T> / 2;
+    const T pole = kPole<T>;
     return {std::clamp(shift_ - o.Angle(), -pole, pole), width_, -pole, pole};
 }
 template <typename T>
 T LongitudinalLobe<T>::Density(const Inclination<T> &o, const Inclination<T> &i) const {
     if (IsSpherical())
         return SphericalValue(o, i);
-    return Cut(o).Density(i.Angle()) / std::max(i.cos, std::numeric_limits<T>::min());
+    return Cut(o).Density(std::clamp(i.Angle(), -kPole<T>, kPole<T>)) / std::max(i.cos, kPoleCosine<T>);
 }
 template <typename T>
 Inclination<T> LongitudinalLobe<T>::Sample(const Inclination<T> &o, T u, T v) const {
@@ -57,8 +55,8 @@ Inclination<T> LongitudinalLobe<T>::Sample(const Inclination<T> &o, T u, T v) co
                                                 std::cos(psi), axis.sin, axis.cos);
         return {theta.sin, theta.cos};
     }
-    const T theta = Cut(o).Sample(u);
-    return {std::sin(theta), std::cos(theta)};
+    const SinCosine<T> theta = SinCosOfInclination(Cut(o).Sample(u));
+    return {theta.sin, theta.cos};
 }
 //<
 

@@ -42,13 +42,17 @@ class MarschnerMaker final : public FiberMaker {
 
   private:
     MarschnerParameters ParametersAt(const FiberInputs &at) const {
-        const float shift[] = {-2 * at.alpha, at.alpha, 3 * at.alpha};
+        // Table 1's proportion, of theta_i + theta_o; an alpha of any size, without its whole turns.
+        constexpr double kInAlpha[] = {-2, 1, 3};
         MarschnerParameters p = choices_;
         p.eta = at.eta;
         p.sigmaA = at.sigmaA;
         for (size_t i = 0; i < 3; ++i) {
             p.beta[i] = angles_.Width(i, at) / 2;
-            p.alpha[i] = angles_.Shift(i, at, shift[i]) / 2;
+            p.alpha[i] =
+                angles_.Shift(i, at,
+                              static_cast<float>(std::remainder(kInAlpha[i] * double(at.alpha), 360.))) /
+                2;
         }
         p.wc = wc_ ? at.numbers[*wc_] : AzimuthalWidth(at.betaN);
         if (kd_)

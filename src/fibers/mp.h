@@ -101,11 +101,11 @@ CUTICLE_INLINE SinCosine<T> TurnFromAxis(T x, T sinPsi, T cosPsi, T sinThetaO, T
 inline constexpr std::array<float, kLobes> kTiltInAlpha = {2, -1, -4, 0};
 
 // alpha, given in degrees and of any size, in turns, with the sign of the convention. Whole turns are taken
-// off first.
+// off first, by a remainder that is exact: of a huge alpha nothing but it is left, the same in every kernel.
 template <typename T>
 CUTICLE_INLINE T AlphaInTurns(T alpha, ScaleTilt tilt) {
-    const T whole = std::abs(alpha) < 360 ? T(0) : std::trunc(alpha / 360);
-    return (alpha - 360 * whole) / (tilt == ScaleTilt::RootToTip ? 360 : -360);
+    const T rest = std::abs(alpha) < 360 ? alpha : std::fmod(alpha, T(360));
+    return rest / (tilt == ScaleTilt::RootToTip ? 360 : -360);
 }
 
 // sin and cos of theta_o + tilt. An angle beyond the pole, with its negative cosine, is the same height on

@@ -185,7 +185,9 @@ PathRoots<T> SmoothFiber<T>::Roots(int p, T phi, RootMethod method) const {
 template <typename T>
 T SmoothFiber<T>::Density(int p, T gamma, RootMethod method) const {
     const T slope = method == RootMethod::Cubic ? PathCubic<T>(p, etaPrime).Slope(gamma) : PhiSlope(p, gamma);
-    return std::cos(gamma) / (2 * std::max(std::abs(slope), std::sqrt(std::numeric_limits<T>::epsilon())));
+    // A gamma rounded beyond pi/2 has no negative cosine.
+    return std::max(T(0), std::cos(gamma)) /
+           (2 * std::max(std::abs(slope), std::sqrt(std::numeric_limits<T>::epsilon())));
 }
 //<
 

@@ -6,7 +6,9 @@
 #include "core/error.h"
 #include "fibers/fiber_laws.h"
 #include "fibers/longitudinal_forms.h"
+#include "fibers/models.h"
 
+#include <boost/multiprecision/cpp_bin_float.hpp>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -237,11 +239,12 @@ TEST(DEon, TheNearestDetectorLosesLightAtPi) {
 }
 
 TEST(DEonTable, AgreesWithTheQuadrature) {
-    DEonParameters rough, smooth, wide;
+    DEonParameters rough, smooth, wide, narrowest;
     rough.sigmaA = {0.06f, 0.2f, 0.8f};
     smooth = rough, smooth.betaN = {2, 2, 4};
     wide = rough, wide.betaN = {30, 40, 90}, wide.lobes = 2;
-    for (const DEonParameters &p : {rough, smooth, wide}) {
+    narrowest = rough, narrowest.betaN = {1, 1, 1};
+    for (const DEonParameters &p : {rough, smooth, wide, narrowest}) {
         const auto start = std::chrono::steady_clock::now();
         const auto table = DEonTable::Cached(p);
         const double seconds =
@@ -266,6 +269,29 @@ TEST(DEonTable, AgreesWithTheQuadrature) {
                     std::sqrt(difference / square));
         EXPECT_LT(std::sqrt(difference / square), 0.01);
     }
+}
+
+// Narrower lobes than a table holds, or too many of them, are the quadrature's; who demands a table is told.
+TEST(DEonTable, NarrowLobesAreTheQuadratures) {
+    DEonParameters narrow, many;
+    narrow.betaN = {8, 0.9f, 16};
+    many.betaN = {1.5f, 1.5f, 3}, many.lobes = 16;
+    EXPECT_EQ(DEonTable::WhyNot(DEonParameters{}), "");
+    for (const DEonParameters &p : {narrow, many}) {
+        EXPECT_NE(DEonTable::WhyNot(p), "");
+        EXPECT_THROW(DEonTable{p}, Error);
+    }
+    const FiberModel &row = *FindFiberModel("deon");
+    const auto nameOf = [&row](float degrees, std::string_view evaluation) {
+        FiberStorage storage;
+        const PreparedFiber fiber(row, {}, {{"azimuth_TT", degrees}, {"evaluation", evaluation}});
+        fiber.Make(0, &storage);
+        return storage.Get()->ToString();
+    };
+    EXPECT_NE(nameOf(1, "auto").find("TabulatedDEonBSDF"), std::string::npos);
+    EXPECT_NE(nameOf(1, "table").find("TabulatedDEonBSDF"), std::string::npos);
+    EXPECT_EQ(nameOf(0.9f, "auto").find("TabulatedDEonBSDF"), std::string::npos);
+    EXPECT_THROW(nameOf(0.9f, "table"), Error);
 }
 
 template <class BSDF>
@@ -342,12 +368,35 @@ TEST(DEon, AsPublished) {
     EXPECT_LT(ratio(8), 1e-3);
     // sinh(1/v) overflows in float below v = 0.0113, a width of 6.1 degrees, and exp(sin^2 theta / v) soon
     // after.
-    const auto peak = [](float width, float theta) {
-        const Inclination<float> view{std::sin(theta), std::cos(theta)}, mirror{-view.sin, view.cos};
-        return LongitudinalLobe<float>(LongitudinalForm::Printed, width, 0).Value(view, mirror);
+    const auto wordForWord = [](float width, float theta) {
+        const float s = std::sin(theta), c = std::cos(theta);
+        return as_printed::MpOf2011(c, c, -s, s, width * width);
     };
-    EXPECT_EQ(peak(0.1f, 0.3f), 0);
-    EXPECT_TRUE(std::isnan(peak(0.05f, 0.9f)));
+    EXPECT_EQ(wordForWord(0.1f, 0.3f), 0);
+    EXPECT_TRUE(std::isnan(wordForWord(0.05f, 0.9f)));
+}
+
+// A scene that asks for the printed form gets the printed number, that of an arithmetic of 50 digits which
+// cannot overflow; from the narrowest lobe to the widest, and on the axis.
+TEST(DEon, PrintedFormIsItsExactNumberInRange) {
+    using Exact = boost::multiprecision::cpp_bin_float_50;
+    for (const float width : {1e-4f, 1e-3f, 0.01f, 0.05f, 0.1f, 0.3f, 1.f, 17.f})
+        for (const float thetaO : {-1.5707963f, -0.9f, 0.f, 0.3f, 1.3f, 1.5707f})
+            for (const float turned : {0.f, 0.5f, -2.f}) {
+                const float thetaI = turned * width - thetaO;
+                if (std::abs(thetaI) > 1.57f)
+                    continue;
+                const Inclination<float> o{std::sin(thetaO), std::abs(std::cos(thetaO))},
+                    i{std::sin(thetaI), std::abs(std::cos(thetaI))};
+                const float value = LongitudinalLobe<float>(LongitudinalForm::Printed, width, 0).Value(o, i);
+                const Exact v = Exact(width * width), a = Exact(i.cos) * Exact(o.cos) / v;
+                Exact term = 1, sum = 0; // eleven terms
+                for (int k = 1; k <= 11; ++k)
+                    sum += term, term *= a * a / (4 * k * k);
+                const Exact exact = exp(-Exact(i.sin) * Exact(o.sin) / v) * sum / (sinh(1 / v) * 2 * v);
+                EXPECT_NEAR(value, static_cast<double>(exact), 2e-6 * static_cast<double>(exact) + 1e-37)
+                    << width << " " << thetaO << " " << thetaI;
+            }
 }
 
 // --- lobes by the light ------------------------------------------------------------------------------------

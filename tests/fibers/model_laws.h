@@ -4,6 +4,7 @@
 #pragma once
 
 #include "fibers/fiber_laws.h"
+#include "fibers/model_edges.h"
 #include "fibers/models.h"
 #include "fibers/np.h"
 #include "fibers/smooth_fiber.h"
@@ -148,6 +149,51 @@ TEST_P(EveryFiberModel, IsFiniteAndNotNegative) {
                 << f[0] << " " << pdf << " sigma_a " << sigmaA << " k " << k;
         }
     }
+}
+
+// Random numbers at the two ends of [0, 1), views along the fiber too, and its two edges: a sample has a
+// direction of unit length, and value and density are those of that direction, finite and not negative; in
+// double as well.
+TEST_P(EveryFiberModel, SamplesHoldAtTheEndsAndOnTheAxis) {
+    const FormCase &model = GetParam();
+    const float half = std::sqrt(0.5f);
+    const Vector3f kViews[] = {
+        {1, 0, 0}, {-1, 0, 0},      {1, 1e-7f, 0},   {-1, 0, -1e-20f},  {0, 1, 0},
+        {0, 0, 1}, {0, half, half}, {half, 0, half}, {-half, -half, 0}, {-0.6f, 0.48f, 0.64f}};
+    for (const float sigmaA : {0.f, 0.3f, 1e6f})
+        for (const float h : {model.form->h, -1.f, 1.f}) {
+            FiberInputs at;
+            at.sigmaA = {sigmaA, sigmaA, sigmaA}, at.betaM = 0.25f, at.betaN = 0.3f;
+            const PreparedFiber fiber(*model.model, at, model.form->own);
+            FiberStorage storage;
+            fiber.Make(h, &storage);
+            const auto inDouble = fiber.MakeInDouble(h);
+            edges::Chooser chooser(17);
+            for (const Vector3f &wo : kViews)
+                for (int k = 0; k < 300; ++k) {
+                    edges::Query q{h, wo, -wo, {}};
+                    for (float &u : q.u)
+                        u = chooser.OneIn(4) ? chooser.Uniform() : chooser.Of(edges::kEndsOfU);
+                    const std::string text = edges::Text(q);
+                    ASSERT_EQ(edges::FaultAt(*storage.Get(), q), "") << sigmaA << " " << text;
+                    Vector3f wi;
+                    float pdf = 0, again = 0;
+                    const Spectrum f = storage.Get()->Sample_f(wo, &wi, q.u, &pdf);
+                    const Spectrum same = storage.Get()->FPdf(wo, wi, &again);
+                    const bool nearAxis = std::hypot(wi.y, wi.z) < 1e-3f;
+                    if (pdf > 1e-6f && !model.model->caustics && !nearAxis) {
+                        EXPECT_NEAR(again / pdf, 1, 0.02) << text;
+                        EXPECT_NEAR(same[1], f[1], 0.02 * double(f[1]) + 1e-6) << text;
+                    }
+                    Vector3d exact;
+                    const FiberValue<double> value =
+                        inDouble->Sample(Vector3d(wo), {q.u[0], q.u[1], q.u[2], q.u[3]}, &exact);
+                    ASSERT_TRUE(std::isfinite(value.pdf) && value.pdf >= 0) << value.pdf << text;
+                    for (const double c : value.fCos)
+                        ASSERT_TRUE(std::isfinite(c) && c >= 0) << c << text;
+                    ASSERT_NEAR(exact.Length(), 1, 1e-6) << text;
+                }
+        }
 }
 
 // A law of some models; of the others it is stated that they break it, by more than a tenth somewhere.
