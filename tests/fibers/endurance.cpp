@@ -1,6 +1,6 @@
 // Asks every model of the table for values and samples at random and extreme inputs, for as long as it is
-// told: no answer may be NaN, infinite or negative, and none may take for ever. The suite has a few seconds of
-// it (test fibers.endurance); before a release an hour of one core:
+// told: no answer may be NaN, infinite or negative, and none may take for ever. The suite has a few seconds
+// of it (test fibers.endurance); before a release an hour of one core:
 //
 //   cmake --build --preset release --target endure_fibers
 //   build/release/endure_fibers --minutes 60
