@@ -229,14 +229,42 @@ Tabulated<T>::Tabulated(const FiberTable *table, const std::array<double, 3> &si
         const double sigma = std::clamp(sigmaA[c], levels.front(), levels.back());
         const auto above =
             static_cast<size_t>(std::lower_bound(levels.begin(), levels.end(), sigma) - levels.begin());
-        blends_[c] = {{above, above}, {1, 0}};
-        if (sigma < levels[above]) {
-            const double low = levels[above - 1];
-            const auto weight =
-                static_cast<T>(std::expm1(-2 * (sigma - low)) / std::expm1(-2 * (levels[above] - low)));
-            blends_[c] = {{above - 1, above}, {1 - weight, weight}};
+        Blend &blend = blends_[c];
+        blend.level = {above, above}, blend.above = 0;
+        if (!(sigma < levels[above]))
+            continue;
+        const double low = levels[above - 1];
+        blend.level = {above - 1, above};
+        blend.above = static_cast<T>(std::expm1(-2 * (sigma - low)) / std::expm1(-2 * (levels[above] - low)));
+        //> Weigh up to four levels for the total
+        // Lagrange's polynomial in exp(-2 (sigma - low)): two levels on each side, as far as there are any.
+        const size_t first = above >= 2 ? above - 2 : 0, end = std::min(above + 2, levels.size());
+        const auto x = [low](double s) { return std::exp(-2 * (s - low)); };
+        for (size_t i = first; i < end; ++i) {
+            double share = 1;
+            for (size_t j = first; j < end; ++j)
+                if (j != i)
+                    share *= (x(sigma) - x(levels[j])) / (x(levels[i]) - x(levels[j]));
+            blend.near[blend.nearCount] = i;
+            blend.share[blend.nearCount++] = static_cast<T>(share);
         }
+        //<
     }
+}
+//<
+
+//> Blend them so that the total is right
+// Finds, of one entry, the weight of the upper level with which two totals give the third. A sum of
+// exponentials falls, so that it lies between them; what rounding puts outside is stopped there.
+template <typename T>
+T Tabulated<T>::WeightAbove(size_t entry, const Blend &blend) const {
+    if (blend.nearCount < 3)
+        return blend.above;
+    T total = 0;
+    for (size_t i = 0; i < blend.nearCount; ++i)
+        total += blend.share[i] * table_->Total(entry, blend.near[i]);
+    const T low = table_->Total(entry, blend.level[0]), high = table_->Total(entry, blend.level[1]);
+    return low > high ? std::clamp((low - total) / (low - high), T(0), T(1)) : blend.above;
 }
 //<
 
@@ -247,6 +275,7 @@ struct Tabulated<T>::View {
     FiberAngles<T> angles;
     T middle; // theta of the specular cone
     FiberTable::Place place;
+    std::array<std::array<T, 3>, 4> above; // of each entry and colour: the weight of the upper level
     std::array<T, 3> total;
 };
 template <typename T>
@@ -255,7 +284,9 @@ void Tabulated<T>::ForEachPart(const View &view, const F &f) const {
     for (size_t k = 0; k < view.place.count; ++k)
         for (size_t c = 0; c < 3; ++c)
             for (size_t b = 0; b < 2; ++b)
-                if (const T weight = view.place.weight[k] * blends_[c].weight[b]; weight > 0)
+                if (const T weight =
+                        view.place.weight[k] * (b == 1 ? view.above[k][c] : 1 - view.above[k][c]);
+                    weight > 0)
                     f(view.place.entry[k], blends_[c].level[b], c, weight);
 }
 template <typename T>
@@ -266,6 +297,9 @@ typename Tabulated<T>::View Tabulated<T>::ViewOf(const Vector3<T> &wo) const {
     view.middle = static_cast<T>(FiberTable::Cells(thetaO).middle);
     view.place = table_->At(thetaO, std::atan2(view.angles.z, view.angles.y) - axis_);
     view.total = {0, 0, 0};
+    for (size_t k = 0; k < view.place.count; ++k)
+        for (size_t c = 0; c < 3; ++c)
+            view.above[k][c] = WeightAbove(view.place.entry[k], blends_[c]);
     ForEachPart(view, [&](size_t entry, size_t level, size_t c, T weight) {
         view.total[c] += weight * table_->Total(entry, level);
     });

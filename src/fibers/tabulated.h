@@ -84,11 +84,15 @@ class Tabulated {
     const FiberTable *Table() const { return table_; }
 
   private:
-    struct Blend { // of levels, for one colour
+    struct Blend { // of two levels, for one colour; from up to four, what their blend is to hold
         std::array<size_t, 2> level;
-        std::array<T, 2> weight;
+        T above; // the weight of the second where the totals tell none
+        std::array<size_t, 4> near;
+        std::array<T, 4> share;
+        size_t nearCount = 0; // 0: a level itself
     };
     struct View;
+    T WeightAbove(size_t entry, const Blend &blend) const;
     View ViewOf(const Vector3<T> &wo) const;
     template <typename F>
     void ForEachPart(const View &view, const F &f) const;
