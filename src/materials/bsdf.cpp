@@ -11,8 +11,11 @@ bool BSDF::HasNonSpecular() const {
 Spectrum BSDF::FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const {
     const Vector3f wo = frame_.ToLocal(woW), wi = frame_.ToLocal(wiW);
     *pdf = 0;
-    if (const FiberBxDF *fiber = Fiber())
-        return scale_ * fiber->FPdf(wo, wi, pdf) * std::abs(wi.z);
+    if (const FiberBxDF *fiber = Fiber()) {
+        const Spectrum f = fiber->FPdf(wo, wi, pdf);
+        Check(f, *pdf);
+        return scale_ * f * std::abs(wi.z);
+    }
     if (const auto *s = std::get_if<SurfaceLobes>(&model_)) {
         const bool reflect = Dot(woW, n_) * Dot(wiW, n_) > 0;
         return scale_ * s->f(wo, wi, reflect, pdf) * std::abs(wi.z);
@@ -26,6 +29,7 @@ bool BSDF::Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSamp
     Vector3f wi;
     if (const FiberBxDF *fiber = Fiber()) {
         sample->f = fiber->Sample_f(wo, &wi, u, &sample->pdf);
+        Check(sample->f, sample->pdf);
         sample->specular = false;
         sample->transmission = wi.z * wo.z < 0;
         sample->eta = 1;
@@ -41,11 +45,19 @@ bool BSDF::Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSamp
         return false;
     }
     sample->f *= scale_;
-    if (!(sample->pdf > 0) || sample->f.IsBlack())
+    if (sample->pdf <= 0 || sample->f.IsBlack()) // not so for NaN: that is to be seen
         return false;
-    sample->wi = Normalize(frame_.FromLocal(wi));
+    sample->wi = IsFinite(wi) ? Normalize(frame_.FromLocal(wi)) : woW;
     *weight = sample->f * (std::abs(wi.z) / sample->pdf);
     return true;
+}
+
+void BSDF::TellNotFinite(const Spectrum &f, float pdf) const {
+    const std::string what = fmt::format(
+        "the fiber model \"{}\" gave the value {} {} {} with the density {}; samples that meet such "
+        "a number are left out of the picture",
+        origin_ ? origin_->model : "of no name", f[0], f[1], f[2], pdf);
+    Warning(origin_ ? origin_->loc : FileLoc(), "fiber model that is not finite", what);
 }
 
 } // namespace cuticle

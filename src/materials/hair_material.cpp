@@ -139,7 +139,7 @@ class SceneSettings final : public FiberSettings {
 HairMaterial::HairMaterial(const FiberModel &model, const ParamSet &params, const TextureTable &textures,
                            const MaterialOptions &options)
     : color_(params, textures), shape_(params, textures), own_(model, params, textures),
-      compatPbrtV3_(options.compatPbrtV3) {
+      compatPbrtV3_(options.compatPbrtV3), origin_{params.loc, model.name} {
     maker_ = model.prepare(SceneSettings(model, params, color_.Varies(), InputsAt({})));
 }
 //<
@@ -158,6 +158,7 @@ Spectrum HairColor::SigmaA(const TexturePoint &point, Float betaN) const {
 //> Make the BSDF of the fiber at a point
 void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
     maker_->Make(InputsAt(si), &bsdf->SetFiber());
+    bsdf->SetFiberOrigin(&origin_);
 }
 FiberInputs HairMaterial::InputsAt(const SurfaceInteraction &si) const {
     const TexturePoint point = TexturePointOf(si);

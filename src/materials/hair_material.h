@@ -66,6 +66,7 @@ class HairMaterial : public Material {
     HairShape shape_;
     OwnTextures own_;
     bool compatPbrtV3_;
+    FiberOrigin origin_; // for warnings
     std::unique_ptr<FiberMaker> maker_;
 };
 //<

@@ -273,5 +273,45 @@ TEST(SurfaceLobes, TheTestOfSamplesSeesErrors) {
     EXPECT_LT(PValue(make(0.21f), make(0.2f), Direction(0.5, 0.7), 1, 40000), 1e-6);
 }
 
+// A model that gives no number is told of by name and place, and its sample goes on as what it is, so that
+// the film counts it; a sample of density NaN is not taken for one that has no direction.
+TEST(BSDF, FibersThatGiveNoNumberAreToldOf) {
+    struct Broken final : FiberBxDF {
+        Spectrum FPdf(const Vector3f &, const Vector3f &, Float *pdf) const override {
+            *pdf = 1;
+            return Spectrum(std::nanf(""));
+        }
+        Spectrum Sample_f(const Vector3f &, Vector3f *wi, const std::array<Float, 4> &,
+                          Float *pdf) const override {
+            *wi = Vector3f(0, 0, 1), *pdf = std::nanf("");
+            return Spectrum(1);
+        }
+        std::string ToString() const override { return "broken"; }
+    };
+    struct Sink final : WarningSink {
+        void Warn(const FileLoc &place, const std::string &, const std::string &message) override {
+            told.push_back(place.ToString() + " " + message);
+        }
+        std::vector<std::string> told;
+    } sink;
+    const WarningScope scope(&sink);
+    const FiberOrigin origin{{std::make_shared<const std::string>("hair.pbrt"), 8, 3}, "deon"};
+    BSDF bsdf;
+    bsdf.SetFrame(Frame(), {0, 0, 1});
+    bsdf.SetFiber().Emplace<Broken>();
+    bsdf.SetFiberOrigin(&origin);
+    float pdf = 0;
+    EXPECT_TRUE(bsdf.FCos({0, 0, 1}, {0, 0, 1}, &pdf).HasNaNs());
+    BSDFSample sample;
+    Spectrum weight;
+    EXPECT_TRUE(bsdf.Sample_f({0, 0, 1}, {0, 0, 0, 0}, &sample, &weight));
+    EXPECT_TRUE(weight.HasNaNs());
+    ASSERT_EQ(sink.told.size(), 2u);
+    for (const std::string &text : sink.told) {
+        EXPECT_NE(text.find("hair.pbrt:8:3"), std::string::npos) << text;
+        EXPECT_NE(text.find("the fiber model \"deon\""), std::string::npos) << text;
+    }
+}
+
 } // namespace
 } // namespace cuticle
