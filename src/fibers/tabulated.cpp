@@ -237,9 +237,10 @@ Tabulated<T>::Tabulated(const FiberTable *table, const std::array<double, 3> &si
         blend.level = {above - 1, above};
         blend.above = static_cast<T>(std::expm1(-2 * (sigma - low)) / std::expm1(-2 * (levels[above] - low)));
         //> Weigh up to four levels for the total
-        // Lagrange's polynomial in exp(-2 (sigma - low)): two levels on each side, as far as there are any.
+        // Lagrange's polynomial in 1 / (1 + sigma), in which levels lie evenly enough from 0 to the greatest:
+        // two on each side, as far as there are any.
         const size_t first = above >= 2 ? above - 2 : 0, end = std::min(above + 2, levels.size());
-        const auto x = [low](double s) { return std::exp(-2 * (s - low)); };
+        const auto x = [](double s) { return 1 / (1 + s); };
         for (size_t i = first; i < end; ++i) {
             double share = 1;
             for (size_t j = first; j < end; ++j)

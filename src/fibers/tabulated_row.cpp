@@ -13,8 +13,8 @@ constexpr std::string_view kDistributions[] = {"beckmann", "ggx"}; // in the ord
 //> Make the table of a fiber
 // The surface, where the scene does not give it, is as rough as makes its reflection as wide as the default
 // model's R (a slope turns light by twice its angle, and Beckmann's slopes deviate by roughness / sqrt(2)). A
-// table has the scene's absorptions as its levels, or, where the colour varies, steps of sqrt(2). Everything
-// else must be the same on the whole hair.
+// table has the scene's absorptions as its levels, or, where the colour varies, steps of sqrt(2), and below
+// 0.0125 of 2. Everything else must be the same on the whole hair.
 class TabulatedMaker final : public FiberMaker {
   public:
     explicit TabulatedMaker(const FiberSettings &settings) {
@@ -61,8 +61,8 @@ class TabulatedMaker final : public FiberMaker {
 
   private:
     static std::vector<double> StepsOfAbsorption() {
-        std::vector<double> levels = {0};
-        for (int i = 0; i <= 16; ++i)
+        std::vector<double> levels = {0, 0.05 / 16, 0.05 / 8}; // grazing light goes far
+        for (int i = -4; i <= 16; ++i)
             levels.push_back(0.05 * std::pow(2., i / 2.));
         return levels;
     }

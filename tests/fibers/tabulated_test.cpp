@@ -233,21 +233,23 @@ TEST(Tabulated, AbsorptionIsInterpolated) {
 }
 
 // The levels of a hair of many colours hold the energy between them as well as at them: against tables of the
-// very absorptions, which trace the same paths, so that there is no noise between the two.
+// very absorptions, which trace the same paths (the clear level decides which are followed), so that there is
+// no noise between the two.
 TEST(Tabulated, EnergyBetweenLevelsIsThatOfItsOwnTable) {
-    std::vector<double> steps = {0}; // as in tabulated_row.cpp
-    for (int i = 0; i <= 16; ++i)
+    std::vector<double> steps = {0, 0.05 / 16, 0.05 / 8}; // as in tabulated_row.cpp
+    for (int i = -4; i <= 16; ++i)
         steps.push_back(0.05 * std::pow(2., i / 2.));
-    const std::vector<double> between = {0.02, 0.06, 0.12, 0.15, 0.17, 0.24, 0.6, 1.2, 3, 9};
+    const std::vector<double> between = {0,    0.001, 0.01, 0.02, 0.04, 0.06, 0.12,
+                                         0.15, 0.17,  0.24, 0.6,  1.2,  3,    9};
     const FiberTable table(Hair(1, steps), 512), own(Hair(1, between), 512);
     double worst = 0, linear = 0;
-    for (size_t level = 0; level < between.size(); ++level)
+    for (size_t level = 1; level < between.size(); ++level)
         for (const size_t entry : {0, 4, 11, 18, 23, 30, 34}) {
             const double theta = kPi<double> * ((double(entry) + 0.5) / FiberTable::kThetas - 0.5);
             const double sigma = between[level], exact = double(own.Total(entry, level));
             const double energy =
                 Integrate(Tabulated<double>(&table, {sigma, sigma, sigma}, 0), Direction(theta, 0)).energy[0];
-            EXPECT_NEAR(energy, exact, 5e-4 * exact) << sigma << " " << theta;
+            EXPECT_NEAR(energy, exact, 2e-3 * exact) << sigma << " " << theta;
             worst = std::max(worst, std::abs(energy / exact - 1));
             const size_t above =
                 static_cast<size_t>(std::upper_bound(steps.begin(), steps.end(), sigma) - steps.begin());
