@@ -36,10 +36,10 @@ Spectrum FiberBxDF::WithoutCosine(const std::array<Float, 3> &fCos, const Vector
     const Float inverse = 1 / std::max(std::abs(wi.z), kMinCosine);
     return Spectrum(fCos[0], fCos[1], fCos[2]) * inverse;
 }
-Spectrum FiberBxDF::WithoutCosineOfSample(const std::array<Float, 3> &fCos, Vector3f *wi) {
+Spectrum FiberBxDF::WithoutCosineOfSample(const std::array<Float, 3> &fCos, Float pdf, Vector3f *wi) {
     if (std::abs(wi->z) < kMinCosine)
         wi->z = std::copysign(kMinCosine, wi->z);
-    return WithoutCosine(fCos, *wi);
+    return pdf == 0 ? Spectrum() : WithoutCosine(fCos, *wi);
 }
 //<
 

@@ -65,8 +65,9 @@ class FiberBxDF : public BxDF {
   protected:
     // f |wi.z|, as fiber models compute it, without the cosine.
     static Spectrum WithoutCosine(const std::array<Float, 3> &fCos, const Vector3f &wi);
-    // The same for a sampled direction, which is first moved to where its cosine is not 0.
-    static Spectrum WithoutCosineOfSample(const std::array<Float, 3> &fCos, Vector3f *wi);
+    // The same for a sampled direction, which is first moved to where its cosine is not 0. Black where the
+    // density has underflowed to 0: there is no such sample.
+    static Spectrum WithoutCosineOfSample(const std::array<Float, 3> &fCos, Float pdf, Vector3f *wi);
 };
 //<
 
@@ -138,7 +139,7 @@ class BxDFOf : public FiberBxDF {
         const Float nanTaint = 0 * ((wo.x + wo.y + wo.z) + ((u[0] + u[1]) + (u[2] + u[3])));
         *wi += Vector3f(nanTaint, nanTaint, nanTaint);
         *pdf = value.pdf + nanTaint;
-        return WithoutCosineOfSample(value.fCos, wi) + Spectrum(nanTaint);
+        return WithoutCosineOfSample(value.fCos, value.pdf, wi) + Spectrum(nanTaint);
     }
     const Model &Numeric() const { return model_; }
 

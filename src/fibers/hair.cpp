@@ -53,7 +53,7 @@ Spectrum HairBSDF::Sample_f(const Vector3f &wo, Vector3f *wi, const std::array<F
                             Float *pdf) const {
     const HairValue value = kernels_->sample(setup_, wo, u, wi);
     *pdf = value.pdf;
-    return WithoutCosineOfSample(value.fCos, wi);
+    return WithoutCosineOfSample(value.fCos, value.pdf, wi);
 }
 //<
 
