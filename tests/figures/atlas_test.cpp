@@ -145,7 +145,10 @@ TEST(Atlas, PublishedModelsGiveNoNumbersWhereOursDo) {
     edge.h = 1;
     narrow.betaM = narrow.betaN = 0.08;
     EXPECT_GT(bad("chiang", AtlasForm::Published, edge), 0.5);
-    EXPECT_GT(bad("deon", AtlasForm::Published, narrow), 0.5);
+    // Word for word d'Eon's overflows (DEon.AsPublished); what a scene can ask for has numbers, and loses
+    // light by the eleven terms all the same.
+    EXPECT_EQ(bad("deon", AtlasForm::Published, narrow), 0);
+    EXPECT_GT(MeasureFiber(*FindFiberModel("deon"), AtlasForm::Published, narrow, 0.5, true).energy, 0.5);
     for (const AtlasForm form : {AtlasForm::InFloat, AtlasForm::InDouble}) {
         EXPECT_EQ(bad("chiang", form, edge), 0);
         EXPECT_EQ(bad("deon", form, narrow), 0);
