@@ -125,19 +125,22 @@ struct TextSource::Mapped {
 TextSource::TextSource() = default;
 
 bool TextSource::Map(int fd, size_t size) {
-    // A file whose size is a whole number of pages has no byte behind it: lay the file over a longer stretch
-    // of anonymous, zeroed memory.
-    void *const m = mmap(nullptr, size + 1, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    // The lexer needs a zero behind the text. A file whose size is a whole number of pages has no byte there,
+    // and one that somebody writes to may get others: so whole pages are laid over a longer stretch of zeroed
+    // memory, and what the last page holds is read into it.
+    void *const m = mmap(nullptr, size + 1, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (m == MAP_FAILED)
         return false;
     mapped_ = m;
     mappedSize_ = size + 1;
     const int own = ::fcntl(fd, F_DUPFD_CLOEXEC, 0);
     MappedText *const row = NewMappedText(static_cast<char *>(m), size);
+    const size_t whole = size - size % pageSize;
     if (row && own >= 0)
         file_.reset(new Mapped{File(own), {}, row});
     if (!file_ || ::fstat(fd, &file_->status) != 0 ||
-        mmap(m, size, PROT_READ, MAP_PRIVATE | MAP_FIXED, fd, 0) == MAP_FAILED) {
+        (whole > 0 && mmap(m, whole, PROT_READ, MAP_PRIVATE | MAP_FIXED, fd, 0) == MAP_FAILED) ||
+        ::pread(fd, static_cast<char *>(m) + whole, size - whole, static_cast<off_t>(whole)) < 0) {
         Unmap();
         return false;
     }
