@@ -90,8 +90,12 @@ ParamSet ParamReader::ReadParams(const Token &word) {
     text_.BeginParams();
     set.loc = text_.Loc(word);
     set.folder = text_.Folder();
-    while (text_.Peek().kind == Token::Kind::String)
+    // Those that are left out count as well: each costs a warning
+    for (size_t count = 0; text_.Peek().kind == Token::Kind::String; ++count) {
+        if (count == kMaxParameters)
+            text_.Fail(text_.Peek(), "more than {} parameters of one directive", kMaxParameters);
         ReadParam(&set);
+    }
     return set;
 }
 
@@ -294,8 +298,6 @@ void ParamReader::Add(Reading &&r, ParamSet *set) {
             other = std::move(p);
             return;
         }
-    if (set->params.size() >= kMaxParameters)
-        text_.Fail(r.declaration, "more than {} parameters of one directive", kMaxParameters);
     set->params.push_back(std::move(p));
 }
 
