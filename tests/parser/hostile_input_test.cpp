@@ -12,6 +12,16 @@
 namespace cuticle {
 namespace {
 
+// The least of up to five runs, as long as they are above a bound: a busy machine makes one of them slow,
+// growth with the square all of them.
+template <class Seconds>
+double MinSeconds(double bound, const Seconds &seconds) {
+    double min = seconds();
+    for (int more = 0; more < 4 && !(min < bound); ++more)
+        min = std::min(min, seconds());
+    return min;
+}
+
 // Hostile input of some 20 MB each ends in an Error, in processor time that grows with its size: four times
 // the text may take eight times as long, where a quadratic search would take sixteen.
 TEST(ParserErrors, HostileInputEndsSoon) {
@@ -46,8 +56,9 @@ TEST(ParserErrors, HostileInputEndsSoon) {
             EXPECT_LT(error.size(), 1000u) << name;
             return seconds;
         };
-        const double quarter = secondsOf(kSize / 4);
-        EXPECT_LT(secondsOf(kSize), 8 * quarter + 0.3) << name << ", a quarter of it " << quarter;
+        const double quarter = secondsOf(kSize / 4), bound = 8 * quarter + 0.3;
+        EXPECT_LT(MinSeconds(bound, [&] { return secondsOf(kSize); }), bound)
+            << name << ", a quarter of it " << quarter;
     }
 }
 
@@ -77,8 +88,9 @@ TEST(ParserErrors, OneLongLineCostsWhatManyLinesDo) {
             return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
         };
         constexpr int kCount = 30000;
-        const double manyLines = secondsOf("\n", kCount);
-        EXPECT_LT(secondsOf(" ", kCount), 4 * manyLines + 0.3) << name << ", on many lines " << manyLines;
+        const double manyLines = secondsOf("\n", kCount), bound = 4 * manyLines + 0.3;
+        EXPECT_LT(MinSeconds(bound, [&] { return secondsOf(" ", kCount); }), bound)
+            << name << ", on many lines " << manyLines;
     }
 }
 
@@ -95,9 +107,9 @@ TEST(ParserErrors, SuggestionsOfLongAndManyNamesEndSoon) {
         FlushWarnings();
         return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     };
-    const double reading = seconds(text);
-    EXPECT_LT(seconds(text + "NamedMaterial \"" + longName + "\" Shape \"" + longName + "\""),
-              3 * reading + 0.3);
+    const std::string withLongNames = text + "NamedMaterial \"" + longName + "\" Shape \"" + longName + "\"";
+    const double bound = 3 * seconds(text) + 0.3;
+    EXPECT_LT(MinSeconds(bound, [&] { return seconds(withLongNames); }), bound);
     // Of many names that are not there, each is compared with all that are: once.
     std::string many = "WorldBegin\n", asked;
     for (int i = 0; i < 20000; ++i) {
@@ -105,7 +117,8 @@ TEST(ParserErrors, SuggestionsOfLongAndManyNamesEndSoon) {
         asked +=
             fmt::format("NamedMaterial \"n{0}\" Material \"mix\" \"string namedmaterial1\" \"n{0}\"\n", i);
     }
-    EXPECT_LT(seconds(many + asked), 10 * seconds(many) + 0.3);
+    const double boundOfMany = 10 * seconds(many) + 0.3;
+    EXPECT_LT(MinSeconds(boundOfMany, [&] { return seconds(many + asked); }), boundOfMany);
 }
 
 // A text with a bit of everything, cut at every byte and damaged at random: it parses, or ends in an Error.
