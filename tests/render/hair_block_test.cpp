@@ -180,11 +180,13 @@ TEST(HairBlock, CompatLeavesAHairAsPbrtV3Does) {
     const auto text = [](V v) { return fmt::format("{:.9g} {:.9g} {:.9g} ", v.x, v.y, v.z); };
     for (const std::string type : {"flat", "cylinder", "ribbon"}) {
         // Under Scale 2 2 2 the hair is twice as wide, and so is the way.
+        const std::string normals =
+            type == "ribbon" ? "\"normal N\" [" + text(ribbonNormal) + text(ribbonNormal) + "]" : "";
         const std::string scene =
-            "Film \"image\" WorldBegin Scale 2 2 2 Material \"hair\" Shape \"curve\" \"string type\" \"" +
+            "Film \"image\" WorldBegin LightSource \"infinite\" Scale 2 2 2 Material \"hair\" "
+            "Shape \"curve\" \"string type\" \"" +
             type + "\" \"float width\" .1 \"point P\" [" + text(root * 0.5) + text((root + along) * 0.5) +
-            text((root + along * 2) * 0.5) + text((root + along * 3) * 0.5) + "] \"normal N\" [" +
-            text(ribbonNormal) + text(ribbonNormal) + "] WorldEnd";
+            text((root + along * 2) * 0.5) + text((root + along * 3) * 0.5) + "] " + normals + " WorldEnd";
         SceneDescription description = ParseSceneText(AllPlugins(), scene, "curve.pbrt");
         SceneOptions options;
         options.materials.compatPbrtV3 = true;
