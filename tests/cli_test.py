@@ -12,6 +12,8 @@ import tempfile
 import time
 import unittest
 
+from program_case import ProgramCase
+
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 SCENE = """LookAt 0 0 3 0 0 0 0 1 0 Camera "perspective" "float fov" 40
 Film "image" "integer xresolution" 20 "integer yresolution" 10 "string filename" "named.exr"
@@ -32,30 +34,8 @@ def bounded_memory():
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-class CommandLine(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.path = pathlib.Path(self.folder.name)
-        (self.path / "scene.pbrt").write_text(SCENE)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def run_program(self, *words, **options):
-        return subprocess.run([PROGRAM, *words], cwd=self.path, capture_output=True, text=True, timeout=120, **options)
-
-    def ok(self, *words):
-        run = self.run_program(*words)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        return run
-
-    def fails(self, *words, says, **options):
-        run = self.run_program(*words, **options)
-        self.assertEqual(run.returncode, 1, f"{words}: {run.stdout} {run.stderr}")
-        for text in [says] if isinstance(says, str) else says:
-            self.assertIn(text, run.stderr)
-        self.assertEqual(run.stderr.count("error:"), 1, run.stderr)
-        return run
+class CommandLine(ProgramCase):
+    program, scene_text = PROGRAM, SCENE
 
     def scene(self, text, name="bad.pbrt"):
         (self.path / name).write_text(text)

@@ -13,6 +13,7 @@ import threading
 import time
 import unittest
 
+from program_case import ProgramCase
 from same_pictures import exr_values
 
 PROGRAM = os.path.abspath(sys.argv.pop(1))
@@ -42,30 +43,9 @@ def catches(pid, number):
     return int(status.split("SigCgt:")[1].split()[0], 16) >> (number - 1) & 1
 
 
-class NeverLost(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.path = pathlib.Path(self.folder.name)
-        (self.path / "scene.pbrt").write_text(SCENE)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def run_program(self, *words, **options):
-        return subprocess.run([PROGRAM, *words], cwd=self.path, capture_output=True, text=True, timeout=120,
-                              **{"errors": "replace", **options})
-
-    def ok(self, *words, **options):
-        run = self.run_program(*words, **options)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        return run
-
-    def fails(self, *words, says, **options):
-        run = self.run_program(*words, **options)
-        self.assertEqual(run.returncode, 1, f"{words}: {run.stdout} {run.stderr}")
-        for text in [says] if isinstance(says, str) else says:
-            self.assertIn(text, run.stderr)
-        return run
+class NeverLost(ProgramCase):
+    program, scene_text = PROGRAM, SCENE
+    decoding = "replace"
 
     def start(self, *words, under=(), **options):
         """Starts a render, and waits until its temporary file shows that it is under way."""

@@ -445,14 +445,22 @@ double Quadric::WorldArea() const {
     return sum / (kSteps * kSteps);
 }
 
+// Chooses a place by area, in the quadric's coordinates (*p) and in the world's; the density is left to the
+// caller.
+bool Quadric::SamplePlace(const Point2f &u, Vector3d *p, ShapeSample *sample) const {
+    if (empty || !SampleObject(u.x, u.y, p))
+        return false;
+    const Vector3d world = objectToWorld_.Point(*p);
+    sample->p = Point3f(world);
+    sample->pError = RoundingError(world) + TransformError(*p);
+    sample->n = Normal3f(WorldNormal(*p));
+    return true;
+}
+
 bool Quadric::Sample(const Point2f &u, ShapeSample *sample) const {
     Vector3d p;
-    if (empty || !SampleObject(u.x, u.y, &p))
+    if (!SamplePlace(u, &p, sample))
         return false;
-    const Vector3d world = objectToWorld_.Point(p);
-    sample->p = Point3f(world);
-    sample->pError = RoundingError(world) + TransformError(p);
-    sample->n = Normal3f(WorldNormal(p));
     sample->pdf = static_cast<float>(AreaDensity(p));
     return sample->pdf > 0 && std::isfinite(sample->pdf);
 }
@@ -500,12 +508,8 @@ bool Quadric::Sample(const Point3f &ref, const Point2f &u, ShapeSample *sample) 
     if (viewer.cone > 0)
         return SampleCone(viewer, u, sample);
     Vector3d p;
-    if (empty || !SampleObject(u.x, u.y, &p))
+    if (!SamplePlace(u, &p, sample))
         return false;
-    const Vector3d world = objectToWorld_.Point(p);
-    sample->p = Point3f(world);
-    sample->pError = RoundingError(world) + TransformError(p);
-    sample->n = Normal3f(WorldNormal(p));
     sample->pdf = SeenDensity(viewer, p, sample);
     return sample->pdf > 0;
 }

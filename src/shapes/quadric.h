@@ -95,6 +95,7 @@ struct Quadric {
     float SeenDensity(const Viewer &viewer, const Vector3d &p, ShapeSample *sample) const;
     double Slant(double z) const;
     bool SampleObject(double u0, double u1, Vector3d *p) const;
+    bool SamplePlace(const Point2f &u, Vector3d *p, ShapeSample *sample) const;
     double Stretch(const Vector3d &p) const;
     double MaxRadius() const;
 

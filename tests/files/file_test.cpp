@@ -5,6 +5,7 @@
 #include "core/parallel.h"
 #include "files/gzip.h"
 #include "files/inputs.h"
+#include "message_of.h"
 
 #include <gtest/gtest.h>
 
@@ -56,15 +57,6 @@ class FileTest : public testing::Test {
 };
 class OutputFileTest : public FileTest {};
 class GzipTest : public FileTest {};
-
-std::string MessageOf(const std::function<void()> &f) {
-    try {
-        f();
-    } catch (const Error &e) {
-        return e.what();
-    }
-    return "";
-}
 
 // Everything that a reader gives, asked for in pieces of n bytes.
 std::string All(auto &&reader, size_t n) {

@@ -342,13 +342,17 @@ SceneStatement *SceneMutator::AnyStatement(SceneBundle *bundle) {
     return file.statements.empty() ? nullptr : &Pick(file.statements);
 }
 
-// The number of tokens where none fits.
-size_t SceneMutator::AnyToken(const SceneStatement &statement, bool (*fits)(const std::string &)) {
+// A statement and the place of its token; a null statement where none fits.
+std::pair<SceneStatement *, size_t> SceneMutator::AnyToken(SceneBundle *bundle,
+                                                           bool (*fits)(const std::string &)) {
+    SceneStatement *const statement = AnyStatement(bundle);
     std::vector<size_t> found;
-    for (size_t i = 0; i < statement.tokens.size(); ++i)
-        if (fits(statement.tokens[i]))
+    for (size_t i = 0; statement && i < statement->tokens.size(); ++i)
+        if (fits(statement->tokens[i]))
             found.push_back(i);
-    return found.empty() ? statement.tokens.size() : Pick(found);
+    if (found.empty())
+        return {nullptr, 0};
+    return {statement, Pick(found)};
 }
 
 void SceneMutator::Insert(SceneBundle *bundle) {
@@ -401,11 +405,8 @@ void SceneMutator::Nest(SceneBundle *bundle) {
 }
 
 void SceneMutator::ChangeNumber(SceneBundle *bundle) {
-    SceneStatement *const s = AnyStatement(bundle);
+    const auto [s, i] = AnyToken(bundle, IsNumber);
     if (!s)
-        return;
-    const size_t i = AnyToken(*s, IsNumber);
-    if (i == s->tokens.size())
         return;
     // What the table says of the parameter gives its edges
     ParamInfo info{};
@@ -424,11 +425,8 @@ void SceneMutator::ChangeNumber(SceneBundle *bundle) {
 }
 
 void SceneMutator::ChangeCount(SceneBundle *bundle) {
-    SceneStatement *const s = AnyStatement(bundle);
+    const auto [s, i] = AnyToken(bundle, IsNumber);
     if (!s)
-        return;
-    const size_t i = AnyToken(*s, IsNumber);
-    if (i == s->tokens.size())
         return;
     const auto at = s->tokens.begin() + static_cast<std::ptrdiff_t>(i);
     if (Chance(0.4))
@@ -438,11 +436,8 @@ void SceneMutator::ChangeCount(SceneBundle *bundle) {
 }
 
 void SceneMutator::ChangeString(SceneBundle *bundle) {
-    SceneStatement *const s = AnyStatement(bundle);
+    const auto [s, i] = AnyToken(bundle, IsPlainString);
     if (!s)
-        return;
-    const size_t i = AnyToken(*s, IsPlainString);
-    if (i == s->tokens.size())
         return;
     switch (Below(5)) {
     case 0:
@@ -486,11 +481,8 @@ void SceneMutator::ChangeDeclaration(SceneBundle *bundle) {
     constexpr std::array<const char *, 16> types{
         "float", "integer",  "bool", "string",    "point", "point2",  "vector", "normal",
         "rgb",   "spectrum", "xyz",  "blackbody", "color", "texture", "point3", "flaot"};
-    SceneStatement *const s = AnyStatement(bundle);
+    const auto [s, i] = AnyToken(bundle, IsDeclaration);
     if (!s)
-        return;
-    const size_t i = AnyToken(*s, IsDeclaration);
-    if (i == s->tokens.size())
         return;
     const std::string old = s->tokens[i].substr(1, s->tokens[i].size() - 2);
     s->tokens[i] = Quote(fmt::format("{} {}", types[Below(types.size())], old.substr(old.rfind(' ') + 1)));
@@ -511,11 +503,8 @@ void SceneMutator::AddParam(SceneBundle *bundle) {
 }
 
 void SceneMutator::RemoveToken(SceneBundle *bundle) {
-    SceneStatement *const s = AnyStatement(bundle);
-    if (!s)
-        return;
-    const size_t i = AnyToken(*s, IsAny);
-    if (i < s->tokens.size())
+    const auto [s, i] = AnyToken(bundle, IsAny);
+    if (s)
         s->tokens.erase(s->tokens.begin() + static_cast<std::ptrdiff_t>(i));
 }
 

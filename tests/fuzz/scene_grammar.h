@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace cuticle {
@@ -70,7 +71,7 @@ class SceneMutator {
     void MoveToInclude(SceneBundle *bundle);
     void DamageFile(SceneBundle *bundle);
     SceneStatement *AnyStatement(SceneBundle *bundle);
-    size_t AnyToken(const SceneStatement &statement, bool (*fits)(const std::string &));
+    std::pair<SceneStatement *, size_t> AnyToken(SceneBundle *bundle, bool (*fits)(const std::string &));
 
     const PluginTables &plugins_;
     std::vector<std::string> seedFiles_;

@@ -225,7 +225,7 @@ TEST_F(GroomFile, PlyPointsAreStrands) {
     // A header is believed as far as bytes back it
     EXPECT_NE(message(ply(2000000000)).find("ends at vertex 0 of 2000000000"), std::string::npos);
     for (const std::string whole = ascii(100); const size_t n : {2u, 20u, 100u, 300u, 600u})
-        EXPECT_NE(message(whole.substr(0, n)), "no error") << n;
+        EXPECT_NE(message(whole.substr(0, n)), "") << n;
 }
 
 } // namespace

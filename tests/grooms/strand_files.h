@@ -2,7 +2,7 @@
 // are at hand.
 #pragma once
 
-#include "core/error.h"
+#include "message_of.h"
 #include "warnings.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -41,15 +40,6 @@ class StrandFiles : public ::testing::Test {
 template <typename T>
 void Put(std::string *out, const T &v) {
     out->append(reinterpret_cast<const char *>(&v), sizeof v);
-}
-
-inline std::string MessageOf(const std::function<void()> &f) {
-    try {
-        f();
-    } catch (const Error &e) {
-        return e.what();
-    }
-    return "no error";
 }
 
 // A real model, where it is at hand; else says so.

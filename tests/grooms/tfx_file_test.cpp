@@ -56,7 +56,7 @@ TEST_F(TfxFile, EveryTruncationIsAnErrorThatNamesFileAndByte) {
     const std::string whole = Complete();
     for (size_t n = 0; n < whole.size(); ++n)
         EXPECT_EQ(Message(whole.substr(0, n)).find("x.tfx: error: byte " + std::to_string(n) + ":"), 0u) << n;
-    EXPECT_EQ(Message(whole), "no error");
+    EXPECT_EQ(Message(whole), "");
 }
 
 TEST_F(TfxFile, AbsurdHeadersAreRefusedBeforeMemoryIsTaken) {
@@ -76,7 +76,7 @@ TEST_F(TfxFile, AbsurdHeadersAreRefusedBeforeMemoryIsTaken) {
     EXPECT_NE(with(12, 0).find("byte 12: "), std::string::npos);
     EXPECT_NE(with(12, 100).find("within the header"), std::string::npos);
     EXPECT_NE(with(0, 0x40400000).find("byte 0: this is not a .tfx file of version 4"), std::string::npos);
-    EXPECT_EQ(with(4, 0), "no error") << "no strands are no harm";
+    EXPECT_EQ(with(4, 0), "") << "no strands are no harm";
 }
 
 TEST_F(TfxFile, BadValuesAreNamedWithTheirByte) {

@@ -425,8 +425,8 @@ std::string Whole() {
 TEST_F(UsdFile, EveryTruncationIsAnError) {
     const std::string whole = Whole();
     for (size_t n = 0; n + 2 < whole.size(); ++n)
-        EXPECT_NE(Message(whole.substr(0, n)), "no error") << whole.substr(0, n);
-    EXPECT_EQ(Message(whole), "no error");
+        EXPECT_NE(Message(whole.substr(0, n)), "") << whole.substr(0, n);
+    EXPECT_EQ(Message(whole), "");
 }
 
 TEST_F(UsdFile, RandomDamageNeverGivesBadStrands) {

@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "files/gzip.h"
+#include "message_of.h"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -59,15 +60,6 @@ class ImageFile : public testing::Test {
     }
     fs::path folder;
 };
-
-std::string MessageOf(const std::function<void()> &f) {
-    try {
-        f();
-    } catch (const Error &e) {
-        return e.what();
-    }
-    return "";
-}
 
 Image Gradient(int width, int height, std::vector<std::string> channels) {
     Image image(width, height, std::move(channels));

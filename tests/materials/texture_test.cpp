@@ -7,6 +7,7 @@
 #include "core/sampling.h"
 #include "images/image.h"
 #include "materials/noise.h"
+#include "message_of.h"
 #include "parser/scene_description.h"
 
 #include <gtest/gtest.h>
@@ -23,15 +24,6 @@ namespace fs = std::filesystem;
 namespace {
 
 const PluginTables kPlugins{&MaterialPlugins(), &TexturePlugins()};
-
-std::string MessageOf(const std::function<void()> &f) {
-    try {
-        f();
-    } catch (const Error &e) {
-        return e.what();
-    }
-    return "";
-}
 
 // A folder for the images of one test.
 class Textures : public testing::Test {

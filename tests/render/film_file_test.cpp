@@ -5,6 +5,7 @@
 #include "core/sampling.h"
 #include "files/file.h"
 #include "files/inputs.h"
+#include "message_of.h"
 #include "render/job.h"
 #include "render/plugins.h"
 
@@ -56,15 +57,6 @@ class FilmFileTest : public testing::Test {
   private:
     fs::path folder_;
 };
-
-std::string MessageOf(const std::function<void()> &f) {
-    try {
-        f();
-    } catch (const Error &e) {
-        return e.what();
-    }
-    return "";
-}
 
 // A film of 20 x 17 pixels, so of four tiles, with numbers of all sizes.
 Film MadeFilm(bool variance, SampleRange range) {
