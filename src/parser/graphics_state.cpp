@@ -4,6 +4,10 @@ namespace cuticle {
 
 namespace {
 
+bool IsAffine(const Transform::Matrix &m) {
+    return m[3][0] == 0 && m[3][1] == 0 && m[3][2] == 0 && m[3][3] == 1;
+}
+
 constexpr size_t kMaxBlockDepth = 10000;
 constexpr std::array<std::string_view, 3> kBlockNames{"Attribute", "Transform", "Object"};
 
@@ -106,7 +110,25 @@ void GraphicsState::Apply(const Token &word, const Transform &t, bool concat) {
     ++transformVersion_;
 }
 
+void GraphicsState::NoteProjective(const Token &word, const Transform::Matrix &m) {
+    if (IsAffine(m))
+        return;
+    projective_ = {text_.Loc(word),
+                   fmt::format("{}: the matrix is projective (its last row, each fourth number, is {:g} {:g} "
+                               "{:g} {:g})",
+                               word.text, m[3][0], m[3][1], m[3][2], m[3][3])};
+}
+
 const Transform &GraphicsState::Current(const FileLoc &loc) {
+    if (!IsAffine(ctm_[0].M()))
+        throw Error(projective_.loc,
+                    "{}, which only a light of directions (infinite, distant) can be, not what stands at {}; "
+                    "it must be 0 0 0 1",
+                    projective_.what, loc.ToString());
+    return CurrentOfDirections(loc);
+}
+
+const Transform &GraphicsState::CurrentOfDirections(const FileLoc &loc) {
     if (!(ctm_[0] == ctm_[1]))
         Warning(loc, "motion",
                 "motion is not rendered; the transformation at the start time is used throughout");

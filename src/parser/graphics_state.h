@@ -81,8 +81,13 @@ class GraphicsState {
     void Apply(const Token &word, const Transform &t, bool concat);
     enum ActiveBits : unsigned { kStart = 1, kEnd = 2, kBoth = 3 };
     void SetActive(ActiveBits bits) { active_ = bits; }
-    // The transformation at the start; a Warning where that at the end is another.
+    // Remembers where a matrix stands that is projective: Current() names it.
+    void NoteProjective(const Token &word, const Transform::Matrix &m);
+    // The transformation at the start; a Warning where that at the end is another. Error at the place of the
+    // matrix: it is projective.
     const Transform &Current(const FileLoc &loc);
+    // The same for what has no points, only directions: pbrt-v3 never asks for the last row there.
+    const Transform &CurrentOfDirections(const FileLoc &loc);
     // The same without warning, for whoever has asked Current() since TransformVersion() changed.
     const Transform &AtStart() const { return ctm_[0]; }
     // Changes with the transformation.
@@ -107,6 +112,10 @@ class GraphicsState {
     bool inWorld_ = false;
     TransformPair ctm_;
     uint64_t transformVersion_ = 1;
+    struct {
+        FileLoc loc;
+        std::string what; // the directive and its numbers, for a message
+    } projective_;        // the last one of the scene
     ActiveBits active_ = kBoth;
     std::unordered_map<std::string, TransformPair> coordinateSystems_;
     std::vector<Block> blocks_;

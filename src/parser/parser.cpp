@@ -340,7 +340,8 @@ void SceneParser::OptionEntity(const Token &word, PluginKind kind, Entity *entit
             fmt::format("{} has no effect after WorldBegin; this one is ignored, as by pbrt-v3", word.text));
         return;
     }
-    e.ctm = state_.Current(e.params.loc);
+    e.ctm =
+        kind == PluginKind::Camera ? state_.Current(e.params.loc) : state_.CurrentOfDirections(e.params.loc);
     if (kind == PluginKind::Camera)
         state_.NameCameraSpace();
     *entity = std::move(e);
@@ -374,15 +375,11 @@ void SceneParser::Matrix(const Token &word, bool concat) {
     for (size_t i = 0; i < 4; ++i)
         for (size_t j = 0; j < 4; ++j)
             m[i][j] = v[4 * j + i];
-    const double m33 = m[3][3];
-    if (m[3][0] != 0 || m[3][1] != 0 || m[3][2] != 0 || m33 == 0)
-        text_.Fail(word,
-                   "{}: the matrix is projective (its last row, each fourth number, is {:g} {:g} {:g} {:g}), "
-                   "and nothing in a scene can be; it must be 0 0 0 1",
-                   word.text, m[3][0], m[3][1], m[3][2], m[3][3]);
-    for (auto &row : m) // points are divided by the last element
-        for (double &element : row)
-            element /= m33;
+    if (const double m33 = m[3][3]; m33 != 0)
+        for (auto &row : m) // points are divided by the last element
+            for (double &element : row)
+                element /= m33;
+    state_.NoteProjective(word, m);
     state_.Apply(word, Transform(m), concat);
 }
 
@@ -496,7 +493,10 @@ void SceneParser::LightSource(const Token &word) {
     light.params = params_.ReadParams(word);
     if (!state_.RequireWorld(word) || !isKnown)
         return;
-    light.ctm = state_.Current(light.params.loc);
+    const PluginTable *table = plugins_.Find(PluginKind::Light);
+    const PluginInfo *row = table ? table->Find(light.type) : nullptr;
+    light.ctm = row && row->directional ? state_.CurrentOfDirections(light.params.loc)
+                                        : state_.Current(light.params.loc);
     scene_.lights.push_back(std::move(light));
 }
 

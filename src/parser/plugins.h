@@ -62,7 +62,8 @@ struct PluginInfo {
     std::string_view meaning = {}; // one line for the manual
     // Stands in for one that is known and not rendered, as in "a matte surface"; empty: it is rendered.
     std::string_view standIn = {};
-    bool ours = false; // no plug-in of pbrt-v3
+    bool ours = false;        // no plug-in of pbrt-v3
+    bool directional = false; // a light without a place: its transformation turns directions only
 
     // The row of a parameter, or null.
     const ParamInfo *FindParam(std::string_view param) const;

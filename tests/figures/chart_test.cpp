@@ -7,6 +7,7 @@
 #include "files/file.h"
 #include "images/image.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -14,6 +15,8 @@
 #include <filesystem>
 #include <mutex>
 #include <thread>
+
+#include <unistd.h>
 
 namespace cuticle {
 namespace {
@@ -100,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(All, EveryChart, ::testing::ValuesIn(Charts().begin(), 
 class PeerOfOurs : public ::testing::Test {
   protected:
     void SetUp() override {
-        folder_ = ::testing::TempDir() + "it's a \"folder\"";
+        folder_ = ::testing::TempDir() + fmt::format("it's a \"folder\" {}", ::getpid());
         std::filesystem::create_directories(folder_);
         WriteFileAtomically(folder_ + "/curve-types.pbrt", R"(
 LookAt 0 0 3 0 0 0 0 1 0 Camera "perspective" "float fov" 40

@@ -45,11 +45,16 @@ constexpr Wrong kWrong[] = {
      "the colour of \"blackbody c\" has the red inf"},
     {"Camera \"perspective\" \"xyz c\" [3e38 0 0]", "1:22", "the colour of \"xyz c\" has the red inf"},
     {"Camera \"perspective\" \"spectrum c\" [400 3e38 700 3e38]", "1:22", "\"spectrum c\""},
-    {"Transform [1 0 0 0 0 1 0 0 0 0 1 1 0 0 0 1]", "1:1",
-     "the matrix is projective (its last row, each fourth number, is 0 0 1 1)"},
-    {"Transform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 0]", "1:1", "the matrix is projective"},
-    {"Scale 2 2 2\nConcatTransform [1 0 0 .5 0 1 0 0 0 0 1 0 0 0 0 1]", "2:1",
-     "ConcatTransform: the matrix is projective"},
+    {"Transform [1 0 0 0 0 1 0 0 0 0 1 1 0 0 0 1]\nCamera \"perspective\"", "1:1",
+     "the matrix is projective (its last row, each fourth number, is 0 0 1 1), which only a light of "
+     "directions (infinite, distant) can be, not what stands at test.pbrt:2:1"},
+    {"Transform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 0]", "1:1", "cannot be inverted"},
+    {"Scale 2 2 2\nConcatTransform [1 0 0 .5 0 1 0 0 0 0 1 0 0 0 0 1]\nTranslate 1 0 0 Camera "
+     "\"perspective\"",
+     "2:1", "ConcatTransform: the matrix is projective"},
+    {"WorldBegin AttributeBegin\nTransform [1 0 0 .5 0 1 0 0 0 0 1 0 0 0 0 1] Scale 2 2 2 "
+     "LightSource \"point\"",
+     "2:1", "Transform: the matrix is projective"},
     {"Camera \"perspective\" \"blackbody c\" [-5 1]", "1:22",
      "the temperature of \"blackbody c\" is -5; it must be above 0"},
     {"Film \"image\" \"float c\" [ 0 1\nWorldBegin", "1:24",

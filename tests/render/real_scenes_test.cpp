@@ -48,5 +48,17 @@ TEST(RealScenes, ParseOrLackFiles) {
     EXPECT_GE(files, 72u);
 }
 
+// As the scene of the dragon in pbrt-v3's collection: a shift that stands in the wrong row of the matrix.
+TEST(RealScenes, ALightOfDirectionsTakesAProjectiveMatrix) {
+    const auto s = ParseSceneText(AllPlugins(),
+                                  "WorldBegin ConcatTransform [0 0 1 0  1 0 0 0  0 1 0 8.87  0 0 0 1] "
+                                  "LightSource \"infinite\" LightSource \"distant\" TransformBegin Identity "
+                                  "LightSource \"point\" TransformEnd LightSource \"exinfinite\"",
+                                  "test.pbrt");
+    ASSERT_EQ(s.lights.size(), 4u);
+    for (const size_t i : {0u, 1u, 3u})
+        EXPECT_EQ(s.lights[i].ctm.Vector({1, 2, 3}), Vector3f(2, 3, 1)) << i;
+}
+
 } // namespace
 } // namespace cuticle
