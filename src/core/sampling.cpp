@@ -79,8 +79,8 @@ Vector3f UniformSampleSphere(const Point2f &u) { return UniformSampleCone(u, -1)
 
 //> Warp the square to a triangle
 Point2f UniformSampleTriangle(const Point2f &u) {
-    const Float root = std::sqrt(u.x);
-    return {1 - root, u.y * root};
+    const Float root = std::sqrt(u.x), x = 1 - root;
+    return {x, std::min(u.y * root, 1 - x)}; // the third is not negative, though 1 - root was rounded
 }
 //<
 
@@ -147,13 +147,20 @@ Float Distribution1D::SampleContinuous(Float u, Float *pdf, size_t *offset) cons
         *pdf = Density(cell);
     if (offset)
         *offset = cell;
-    return std::min((static_cast<Float>(cell) + within) / static_cast<Float>(Count()), OneMinusEpsilon);
+    Float x = std::min((static_cast<Float>(cell) + within) / static_cast<Float>(Count()), OneMinusEpsilon);
+    // At a border rounding may reach the next cell, whose density is another one, or 0
+    if (CellAt(x) > cell)
+        x = std::nextafter(x, 0.f);
+    if (CellAt(x) < cell)
+        x = std::nextafter(x, 1.f);
+    return x;
 }
 
-Float Distribution1D::Pdf(Float x) const {
+size_t Distribution1D::CellAt(Float x) const {
     const Float n = static_cast<Float>(Count());
-    return Density(static_cast<size_t>(std::min(std::max(0.f, x * n), n - 1)));
+    return static_cast<size_t>(std::min(std::max(0.f, x * n), n - 1));
 }
+Float Distribution1D::Pdf(Float x) const { return Density(CellAt(x)); }
 //<
 //<
 

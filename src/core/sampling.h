@@ -112,6 +112,7 @@ class Distribution1D {
   private:
     Float Density(size_t cell) const;
     size_t FindCell(Float u) const;
+    size_t CellAt(Float x) const; // that holds x; an x outside [0,1] counts as the nearest end
     std::vector<Float> func_, cdf_;
     Float integral_ = 0;
 };

@@ -26,10 +26,11 @@ Spectrum BSDF::FCos(const Vector3f &woW, const Vector3f &wiW, float *pdf) const 
 bool BSDF::Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSample *sample,
                     Spectrum *weight) const {
     const Vector3f wo = frame_.ToLocal(woW);
-    Vector3f wi;
+    Vector3f wi; // local
     if (const FiberBxDF *fiber = Fiber()) {
         sample->f = fiber->Sample_f(wo, &wi, u, &sample->pdf);
         Check(sample->f, sample->pdf);
+        sample->wi = IsFinite(wi) ? Normalize(frame_.FromLocal(wi)) : woW;
         sample->specular = false;
         sample->transmission = wi.z * wo.z < 0;
         sample->eta = 1;
@@ -37,8 +38,13 @@ bool BSDF::Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSamp
         if (!s->Sample_f(wo, u[0], {u[1], u[2]}, sample))
             return false;
         wi = sample->wi;
+        sample->wi = Normalize(frame_.FromLocal(wi));
         if (!sample->specular) {
-            const bool reflect = Dot(frame_.FromLocal(wi), n_) * Dot(woW, n_) > 0;
+            // Evaluate at the rounded direction of the world, as FCos will: near grazing angles the half
+            // vector of a sharp lobe moves by several percent of the lobe's width with a direction's last
+            // bit.
+            wi = frame_.ToLocal(sample->wi);
+            const bool reflect = Dot(sample->wi, n_) * Dot(woW, n_) > 0;
             sample->f = s->f(wo, wi, reflect, &sample->pdf);
         }
     } else {
@@ -47,7 +53,6 @@ bool BSDF::Sample_f(const Vector3f &woW, const std::array<float, 4> &u, BSDFSamp
     sample->f *= scale_;
     if (sample->pdf <= 0 || sample->f.IsBlack()) // not so for NaN: that is to be seen
         return false;
-    sample->wi = IsFinite(wi) ? Normalize(frame_.FromLocal(wi)) : woW;
     *weight = sample->f * (std::abs(wi.z) / sample->pdf);
     return true;
 }

@@ -13,6 +13,9 @@ inline float CosTheta(const Vector3f &w) { return w.z; }
 inline float Cos2Theta(const Vector3f &w) { return w.z * w.z; }
 inline float Sin2Theta(const Vector3f &w) { return std::max(0.f, 1 - Cos2Theta(w)); }
 inline float SinTheta(const Vector3f &w) { return std::sqrt(Sin2Theta(w)); }
+// True for a direction that rounding cannot tell from one in the surface: nothing is scattered from or to it,
+// and the quotients of the lobes stay finite for all others.
+inline bool InSurface(const Vector3f &w) { return !(std::abs(w.z) > 1e-10f); }
 inline bool SameHemisphere(const Vector3f &a, const Vector3f &b) { return a.z * b.z > 0; }
 // v, turned to the side of w.
 inline Vector3f Faceforward(const Vector3f &v, const Vector3f &w) { return Dot(v, w) < 0 ? -v : v; }
@@ -34,14 +37,18 @@ float RoughnessToAlpha(float roughness);
 struct TrowbridgeReitz {
     float ax, ay;
 
-    // The slopes' variance along the azimuth of w, times tan^2 theta; without division at the pole.
-    float ScaledTan2(const Vector3f &w) const {
-        return (Sqr(ax * w.x) + Sqr(ay * w.y)) / std::max(Cos2Theta(w), 1e-16f);
+    // The length of w, stretched by the roughness: |cos theta| (1 + 2 Lambda) of Smith's masking, and finite
+    // for directions in the surface, where Lambda is not.
+    float Stretched(const Vector3f &w) const {
+        return std::sqrt(Sqr(ax * w.x) + Sqr(ay * w.y) + Cos2Theta(w));
     }
-    float Lambda(const Vector3f &w) const { return (std::sqrt(1 + ScaledTan2(w)) - 1) / 2; }
-    // Masking and shadowing, by height-correlated Smith; separable: the product of one factor for each.
-    float G(const Vector3f &wo, const Vector3f &wi, bool separable = false) const {
-        return separable ? 1 / ((1 + Lambda(wo)) * (1 + Lambda(wi))) : 1 / (1 + Lambda(wo) + Lambda(wi));
+    // Masking and shadowing over 4 |cos theta_o cos theta_i|, by height-correlated Smith; separable: the
+    // product of one factor for each. Without the quotient of numbers that vanish at grazing angles.
+    float GOver4Cos(const Vector3f &wo, const Vector3f &wi, bool separable = false) const {
+        const float cosO = std::abs(CosTheta(wo)), cosI = std::abs(CosTheta(wi));
+        const float stretchedO = Stretched(wo), stretchedI = Stretched(wi);
+        return separable ? 1 / ((cosO + stretchedO) * (cosI + stretchedI))
+                         : 1 / (2 * (cosI * stretchedO + cosO * stretchedI));
     }
     float D(const Vector3f &wh) const {
         const float k = Sqr(wh.x / ax) + Sqr(wh.y / ay) + Sqr(wh.z);
@@ -49,7 +56,7 @@ struct TrowbridgeReitz {
     }
     // The density of Sample_wh, per steradian of wh.
     float Pdf(const Vector3f &wo, const Vector3f &wh) const {
-        return D(wh) * AbsDot(wo, wh) / ((1 + Lambda(wo)) * std::max(std::abs(CosTheta(wo)), 1e-8f));
+        return 2 * D(wh) * AbsDot(wo, wh) / (std::abs(CosTheta(wo)) + Stretched(wo));
     }
     // A visible normal on the side of wo. u in [0,1)^2.
     Vector3f Sample_wh(const Vector3f &wo, const Point2f &u) const;

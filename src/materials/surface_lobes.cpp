@@ -44,6 +44,10 @@ void SurfaceLobes::AddConductorReflection(const Spectrum &r, float ax, float ay,
 }
 void SurfaceLobes::AddMicrofacetTransmission(const Spectrum &t, float ax, float ay, float eta,
                                              bool separable) {
+    // Between nearly equal indices facets bend light by less than a direction's rounding, from which no half
+    // vector is found again: light goes straight on.
+    if (std::abs(eta - 1) * std::max({ax, ay, 1e-3f}) < 1e-6f)
+        return AddSpecularTransmission(t, 1);
     Add({.kind = LobeKind::MicrofacetTransmission,
          .separable = separable,
          .color = t,
@@ -178,18 +182,17 @@ Spectrum SurfaceLobes::EvaluateOrenNayar(const Lobe &lobe, const Vector3f &wo, c
 }
 
 Spectrum SurfaceLobes::EvaluateReflectingFacets(const Lobe &lobe, const Vector3f &wo, const Vector3f &wi) {
-    const float cosO = std::abs(CosTheta(wo)), cosI = std::abs(CosTheta(wi));
     Vector3f wh = wi + wo;
-    if (cosI == 0 || cosO == 0 || wh.LengthSquared() == 0)
+    if (wh.LengthSquared() == 0)
         return {};
     wh = Normalize(wh);
     const TrowbridgeReitz d{lobe.a, lobe.b};
     return lobe.color * Fresnel(lobe, Dot(wi, Faceforward(wh, {0, 0, 1}))) *
-           (d.D(wh) * d.G(wo, wi, lobe.separable) / (4 * cosI * cosO));
+           (d.D(wh) * d.GOver4Cos(wo, wi, lobe.separable));
 }
 
 Spectrum SurfaceLobes::EvaluateRefractingFacets(const Lobe &lobe, const Vector3f &wo, const Vector3f &wi) {
-    const float cosO = CosTheta(wo), cosI = CosTheta(wi), eta = cosO > 0 ? lobe.eta : 1 / lobe.eta;
+    const float eta = CosTheta(wo) > 0 ? lobe.eta : 1 / lobe.eta;
     Vector3f wh;
     if (!RefractingHalfVector(wo, wi, eta, &wh))
         return {};
@@ -197,8 +200,8 @@ Spectrum SurfaceLobes::EvaluateRefractingFacets(const Lobe &lobe, const Vector3f
     const float sqrtDenom = Dot(wo, wh) + eta * Dot(wi, wh);
     // Radiance is scaled by the squared index ratio on crossing: eta^2 of the Jacobian cancels against it
     return lobe.color * Fresnel(lobe, Dot(wo, wh)) *
-           std::abs(d.D(wh) * d.G(wo, wi, lobe.separable) * Dot(wi, wh) * Dot(wo, wh) /
-                    (cosI * cosO * sqrtDenom * sqrtDenom));
+           std::abs(4 * d.D(wh) * d.GOver4Cos(wo, wi, lobe.separable) * Dot(wi, wh) * Dot(wo, wh) /
+                    (sqrtDenom * sqrtDenom));
 }
 
 Spectrum SurfaceLobes::EvaluateCoat(const Lobe &lobe, const Vector3f &wo, const Vector3f &wi) {
@@ -305,7 +308,7 @@ float SurfaceLobes::Pdf(const Lobe &lobe, const Vector3f &wo, const Vector3f &wi
 Spectrum SurfaceLobes::f(const Vector3f &wo, const Vector3f &wi, bool reflect, float *pdf) const {
     Spectrum sum;
     *pdf = 0;
-    if (wo.z == 0)
+    if (InSurface(wo) || InSurface(wi))
         return sum;
     const Weights probabilities = Probabilities(wo);
     for (size_t i = 0; i < count_; ++i) {
@@ -317,7 +320,7 @@ Spectrum SurfaceLobes::f(const Vector3f &wo, const Vector3f &wi, bool reflect, f
 }
 
 bool SurfaceLobes::Sample_f(const Vector3f &wo, float uLobe, const Point2f &u, BSDFSample *sample) const {
-    if (count_ == 0 || wo.z == 0)
+    if (count_ == 0 || InSurface(wo))
         return false;
     const Weights probabilities = Probabilities(wo);
     size_t chosen = 0;

@@ -41,8 +41,9 @@ std::string_view NameOf(FilterKind kind) {
     return "";
 }
 
-// Steps of the tables: linear interpolation is then off by less than 2e-6 of the peak for every filter.
-constexpr size_t kSteps = 4096;
+// Steps of the tables: linear interpolation is then off by less than 2e-6 of the peak for every filter of
+// the usual widths. Wide sincs, which ripple by the pixel and by tau, take more, up to kMaxSteps.
+constexpr size_t kSteps = 4096, kMaxSteps = size_t{1} << 20;
 constexpr double kWidest = 1000;   // pixels; rays from farther off the picture have no meaning
 constexpr float kMaxWeight = 1000; // 1.3 for pbrt-v3's filters as they are
 
@@ -90,46 +91,55 @@ Filter::Filter(FilterKind kind, const Parameters &parameters) : kind_(kind), par
     if (kind == FilterKind::Sinc && !(parameters.tau > 0))
         throw Error("filter sinc: tau must be above 0");
     for (int i = 0; i < 2; ++i) {
-        Axis &axis = axis_[i];
-        axis.radius = static_cast<double>(parameters.radius[i]);
-        if (!(axis.radius > 0 && axis.radius <= kWidest))
+        axis_[i].radius = static_cast<double>(parameters.radius[i]);
+        if (!(axis_[i].radius > 0 && axis_[i].radius <= kWidest))
             throw Error("filter {}: its width must be above 0 and at most 1000 pixels", name);
-        // Tabulate |g|, and integrate g and |g| by the trapezoid rule, exact for the table's straight lines
-        std::vector<double> g(kSteps + 1), running(kSteps + 1);
-        const double step = 2 * axis.radius / kSteps;
-        for (size_t k = 0; k <= kSteps; ++k)
-            g[k] =
-                Evaluate1D(-axis.radius + step * static_cast<double>(std::min(k, kSteps - k)), axis.radius);
-        for (size_t k = 0; k < kSteps; ++k) {
-            axis.integral += step * (g[k] + g[k + 1]) / 2;
-            running[k + 1] = running[k] + step * (std::abs(g[k]) + std::abs(g[k + 1])) / 2;
-        }
-        axis.absIntegral = running[kSteps];
-        if (!(axis.integral > 0 && axis.absIntegral < HUGE_VAL))
-            throw Error("filter {}: its integral is not above 0", name);
-        axis.density.resize(kSteps + 1);
-        axis.cdf.resize(kSteps + 1);
-        for (size_t k = 0; k <= kSteps; ++k) {
-            axis.density[k] = static_cast<float>(std::abs(g[k]) * step / axis.absIntegral);
-            axis.cdf[k] = static_cast<float>(running[k] / axis.absIntegral);
-        }
-        axis.guide.resize(kSteps);
-        for (size_t slot = 0, k = 0; slot < kSteps; ++slot) {
-            while (k + 1 < kSteps && axis.cdf[k + 1] <= static_cast<float>(slot) / static_cast<float>(kSteps))
-                ++k;
-            axis.guide[slot] = static_cast<uint16_t>(k);
-        }
+        Tabulate(&axis_[i]);
     }
     integral_ = axis_[0].integral * axis_[1].integral;
     absIntegral_ = axis_[0].absIntegral * axis_[1].absIntegral;
     bool negative = false;
-    for (size_t k = 0; k <= kSteps; ++k)
-        for (const Axis &axis : axis_)
-            negative |=
-                Evaluate1D(-axis.radius + 2 * axis.radius / kSteps * static_cast<double>(k), axis.radius) < 0;
+    for (const Axis &axis : axis_)
+        negative |= axis.integral < axis.absIntegral;
     weight_ = negative ? static_cast<float>(absIntegral_ / integral_) : 1;
     if (!(weight_ <= kMaxWeight))
         throw Error("filter {}: its negative lobes all but cancel its positive ones", name);
+}
+
+void Filter::Tabulate(Axis *axis) const {
+    const double radius = axis->radius;
+    axis->tabulated = radius;
+    size_t steps = kSteps;
+    if (kind_ == FilterKind::Gaussian && parameters_.alpha > 0) // beyond, the bell is 2^-40 of its peak
+        axis->tabulated = std::min(radius, std::sqrt(40 * std::numbers::ln2 / double{parameters_.alpha}));
+    if (kind_ == FilterKind::Sinc) {
+        const double finer = radius / 4 / std::min(1., double{parameters_.tau});
+        steps = std::min(kSteps * static_cast<size_t>(std::ceil(std::clamp(finer, 1., 1e6))), kMaxSteps);
+    }
+    // Tabulate |g|, and integrate g and |g| by the trapezoid rule, exact for the table's straight lines
+    std::vector<double> g(steps + 1), running(steps + 1);
+    const double step = 2 * axis->tabulated / static_cast<double>(steps);
+    for (size_t k = 0; k <= steps; ++k)
+        g[k] = Evaluate1D(-axis->tabulated + step * static_cast<double>(std::min(k, steps - k)), radius);
+    for (size_t k = 0; k < steps; ++k) {
+        axis->integral += step * (g[k] + g[k + 1]) / 2;
+        running[k + 1] = running[k] + step * (std::abs(g[k]) + std::abs(g[k + 1])) / 2;
+    }
+    axis->absIntegral = running[steps];
+    if (!(axis->integral > 0 && axis->absIntegral < HUGE_VAL))
+        throw Error("filter {}: its integral is not above 0", NameOf(kind_));
+    axis->density.resize(steps + 1);
+    axis->cdf.resize(steps + 1);
+    for (size_t k = 0; k <= steps; ++k) {
+        axis->density[k] = static_cast<float>(std::abs(g[k]) * step / axis->absIntegral);
+        axis->cdf[k] = static_cast<float>(running[k] / axis->absIntegral);
+    }
+    axis->guide.resize(steps);
+    for (size_t slot = 0, k = 0; slot < steps; ++slot) {
+        while (k + 1 < steps && axis->cdf[k + 1] <= static_cast<float>(slot) / static_cast<float>(steps))
+            ++k;
+        axis->guide[slot] = static_cast<uint32_t>(k);
+    }
 }
 
 float Filter::Evaluate(Point2f p) const {
@@ -138,7 +148,8 @@ float Filter::Evaluate(Point2f p) const {
 }
 
 float Filter::Sample1D(const Axis &axis, float u, float *sign) const {
-    const auto radius = static_cast<float>(axis.radius);
+    const auto radius = static_cast<float>(axis.tabulated);
+    const size_t steps = axis.guide.size();
     *sign = 1;
     // Two filters have a closed form
     if (kind_ == FilterKind::Box)
@@ -147,13 +158,13 @@ float Filter::Sample1D(const Axis &axis, float u, float *sign) const {
         return u < 0.5f ? radius * (std::sqrt(2 * u) - 1) : radius * (1 - std::sqrt(2 * (1 - u)));
     // Find the step with cdf[k] <= u < cdf[k + 1], then solve for the place within, where the density is a +
     // (b - a) s: a s + (b - a) s^2 / 2 = rest, in the form that does not cancel.
-    size_t k = axis.guide[static_cast<size_t>(u * static_cast<float>(axis.guide.size()))];
-    while (k + 1 < kSteps && axis.cdf[k + 1] <= u)
+    size_t k = axis.guide[static_cast<size_t>(u * static_cast<float>(steps))];
+    while (k + 1 < steps && axis.cdf[k + 1] <= u)
         ++k;
     const float rest = std::max(0.f, u - axis.cdf[k]), a = axis.density[k], b = axis.density[k + 1];
     const float root = a + std::sqrt(std::max(0.f, a * a + 2 * (b - a) * rest));
     const float s = root > 0 ? std::min(2 * rest / root, 1.f) : 0.5f;
-    const float x = radius * (2 * (static_cast<float>(k) + s) / static_cast<float>(kSteps) - 1);
+    const float x = radius * (2 * (static_cast<float>(k) + s) / static_cast<float>(steps) - 1);
     if (weight_ != 1)
         *sign = Evaluate1D(static_cast<double>(x), axis.radius) < 0 ? -1.f : 1.f;
     return x;

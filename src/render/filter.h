@@ -41,12 +41,13 @@ class Filter {
   private:
     // |g| at equal steps over one axis, linear between, and its running integral.
     struct Axis {
-        double radius = 0;
+        double radius = 0, tabulated = 0; // tabulated: what lies farther out is nothing
         double integral = 0, absIntegral = 0;
         std::vector<float> density, cdf;
-        std::vector<uint16_t> guide; // the last step whose cdf is at most i / guide.size()
+        std::vector<uint32_t> guide; // the last step whose cdf is at most i / guide.size()
     };
     double Evaluate1D(double x, double radius) const;
+    void Tabulate(Axis *axis) const; // given its radius
     float Sample1D(const Axis &axis, float u, float *sign) const;
 
     FilterKind kind_;

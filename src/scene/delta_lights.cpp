@@ -14,20 +14,22 @@ class PointLight : public Light {
   public:
     PointLight(const Point3f &p, const Spectrum &I) : p_(p), I_(I) {}
     bool Sample_Li(const Point3f &ref, const Point2f &, LightSample *sample) const override {
-        const Vector3f toLight = p_ - ref;
-        const float d2 = toLight.LengthSquared();
-        const Spectrum I = I_ * Falloff(-toLight);
-        if (!(d2 > 0 && d2 < Infinity) || I.IsBlack())
+        // In double: the square of a small distance keeps its digits, and that of a large one is finite
+        const Vector3d way(p_ - ref);
+        const double d2 = way.LengthSquared(), d = std::sqrt(d2);
+        const Vector3f toLight(way / d);
+        const Spectrum I = d > 0 ? I_ * Falloff(-toLight) : Spectrum(0.f);
+        if (!(d < HUGE_VAL) || I.IsBlack())
             return false;
-        const float d = std::sqrt(d2);
-        *sample = {toLight / d, 1, d, I / d2, true};
+        const auto over = [d2](float x) { return static_cast<float>(double{x} / d2); };
+        *sample = {toLight, 1, static_cast<float>(d), {over(I[0]), over(I[1]), over(I[2])}, true};
         return sample->L.IsFinite();
     }
     Spectrum Power() const override { return I_ * (4 * Pi); }
     bool IsDelta() const override { return true; }
 
   protected:
-    // Relative intensity toward w, of any length.
+    // Relative intensity toward w, of unit length.
     virtual Spectrum Falloff(const Vector3f & /*w*/) const { return Spectrum(1.f); }
     Point3f p_;
     Spectrum I_;

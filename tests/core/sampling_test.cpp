@@ -2,6 +2,7 @@
 #include "core/sampling.h"
 
 #include "core/error.h"
+#include "sampler_ends.h"
 
 #include <gtest/gtest.h>
 
@@ -115,6 +116,31 @@ TEST(Warps, DensitiesIntegrateToOne) {
     EXPECT_EQ(CosineHemispherePdf(-0.5f), 0);
 }
 
+// At the ends of the square every warp answers with a point of its domain, and with a density above 0 but
+// where a cosine vanishes.
+TEST(Warps, HoldAtTheEnds) {
+    ForEachEnd([](const Point2f &u) {
+        const Point2f disk = ConcentricSampleDisk(u);
+        EXPECT_LE(std::hypot(double{disk.x}, double{disk.y}), 1 + 1e-7) << u;
+        const Vector3f cosine = CosineSampleHemisphere(u);
+        EXPECT_TRUE(IsUnit(cosine)) << u;
+        EXPECT_GE(cosine.z, 0) << u;
+        EXPECT_EQ(CosineHemispherePdf(cosine.z) > 0, cosine.z > 0) << u;
+        const Vector3f hemisphere = UniformSampleHemisphere(u), sphere = UniformSampleSphere(u);
+        EXPECT_TRUE(IsUnit(hemisphere) && IsUnit(sphere)) << u;
+        EXPECT_GE(hemisphere.z, 0) << u;
+        for (const float cosThetaMax : {-1.f, 0.f, 0.5f, 1 - 0x1p-20f, OneMinusEpsilon, 1.f}) {
+            const Vector3f w = UniformSampleCone(u, cosThetaMax);
+            EXPECT_TRUE(IsUnit(w)) << u << " " << cosThetaMax;
+            EXPECT_TRUE(w.z >= cosThetaMax && w.z <= 1) << u << " " << cosThetaMax;
+            EXPECT_GT(UniformConePdf(cosThetaMax), 0);
+        }
+        const Point2f b = UniformSampleTriangle(u);
+        EXPECT_TRUE(b.x >= 0 && b.y >= 0) << u << " " << b;
+        EXPECT_GE(1 - double{b.x} - double{b.y}, 0) << u << " " << b;
+    });
+}
+
 TEST(PowerHeuristic, LimitsAndComplement) {
     EXPECT_EQ(PowerHeuristic(Infinity, 1), 1);
     EXPECT_EQ(PowerHeuristic(1, Infinity), 0);
@@ -162,6 +188,47 @@ TEST(Distribution1D, NeverChoosesCellsOfZero) {
     EXPECT_EQ(d.Pdf(-1), 0);
     EXPECT_EQ(d.Pdf(2), 0);
     EXPECT_FLOAT_EQ(d.Pdf(0.6f), 7 * 0.75f);
+}
+
+// A sample lies in the cell whose density it states, also where the place is rounded to the cell's border.
+TEST(Distributions, HoldAtTheEnds) {
+    RNG rng(3);
+    for (const size_t n : {size_t{1}, size_t{2}, size_t{3}, size_t{7}, size_t{1000}, size_t{4097}}) {
+        std::vector<float> f(n * 3);
+        for (float &v : f)
+            v = rng.UniformFloat() < 0.3f ? 0 : rng.UniformFloat() * (rng.UniformFloat() < 0.1f ? 1e6f : 1);
+        const Distribution1D line(f.data(), n);
+        const Distribution2D square(f.data(), n, 3);
+        const auto check = [&](float u) {
+            float pdf = 0, probability = 0, again = 0;
+            size_t cell = 0;
+            const float x = line.SampleContinuous(u, &pdf, &cell);
+            ASSERT_TRUE(x >= 0 && x < 1) << n << " " << u;
+            ASSERT_TRUE(pdf > 0 && std::isfinite(pdf)) << n << " " << u;
+            ASSERT_EQ(line.Pdf(x), pdf) << n << " " << u << " cell " << cell << " x " << x;
+            ASSERT_EQ(line.SampleDiscrete(u, &probability, &again), cell);
+            ASSERT_GT(probability, 0);
+            ASSERT_TRUE(again >= 0 && again < 1) << n << " " << u;
+        };
+        for (const float u : kEndsOfU)
+            check(u);
+        float below = 0; // the borders of the cells, and the numbers just beside them
+        for (size_t i = 0; i < n; ++i) {
+            below += line.DiscretePDF(i);
+            for (const float u : {std::nextafter(below, 0.f), below, std::nextafter(below, 1.f)})
+                if (u < 1)
+                    check(u);
+        }
+        for (int i = 0; i < 20000; ++i)
+            check(rng.UniformFloat());
+        ForEachEnd([&](const Point2f &u) {
+            float pdf = 0;
+            const Point2f p = square.SampleContinuous(u, &pdf);
+            ASSERT_TRUE(p.x >= 0 && p.x < 1 && p.y >= 0 && p.y < 1) << u;
+            ASSERT_TRUE(pdf > 0 && std::isfinite(pdf)) << u;
+            ASSERT_EQ(square.Pdf(p), pdf) << u;
+        });
+    }
 }
 
 TEST(Distribution1D, HugeAndTinyValues) {

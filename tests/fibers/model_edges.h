@@ -4,6 +4,7 @@
 
 #include "core/sampling.h"
 #include "fibers/models.h"
+#include "sampler_ends.h"
 
 #include <fmt/format.h>
 
@@ -20,8 +21,7 @@ struct Query {
     std::array<float, 4> u;
 };
 
-// Numbers that begin and end the ranges of random numbers and of offsets.
-inline constexpr float kEndsOfU[] = {0, 0x1p-33f, 0x1p-24f, 0.5f - 0x1p-25f, 0.5f, OneMinusEpsilon};
+// Numbers that begin and end the range of offsets.
 inline constexpr float kEndsOfH[] = {-1, -OneMinusEpsilon, -0x1p-30f, 0, 0x1p-24f, OneMinusEpsilon, 1};
 
 // The choices of one random number.
@@ -138,15 +138,6 @@ inline std::vector<OwnValue> EdgeOwn(Chooser &c, const FiberModel &model) {
     return own;
 }
 
-// Says what is wrong with a value and its density; empty if nothing is.
-inline std::string FaultOf(const Spectrum &f, float pdf) {
-    if (!std::isfinite(pdf) || pdf < 0)
-        return fmt::format("density {}", pdf);
-    for (int i = 0; i < 3; ++i)
-        if (!std::isfinite(f[i]) || f[i] < 0)
-            return fmt::format("value {}", f[i]);
-    return {};
-}
 // Asks a model for a value and for a sample, and says what is wrong. Every number is finite and none is
 // negative; a sample's direction is of unit length, and the model has value and density there.
 inline std::string FaultAt(const FiberBxDF &fiber, const Query &q) {

@@ -173,7 +173,7 @@ TEST_P(EveryFiberModel, SamplesHoldAtTheEndsAndOnTheAxis) {
                 for (int k = 0; k < 300; ++k) {
                     edges::Query q{h, wo, -wo, {}};
                     for (float &u : q.u)
-                        u = chooser.OneIn(4) ? chooser.Uniform() : chooser.Of(edges::kEndsOfU);
+                        u = chooser.OneIn(4) ? chooser.Uniform() : chooser.Of(kEndsOfU);
                     const std::string text = edges::Text(q);
                     ASSERT_EQ(edges::FaultAt(*storage.Get(), q), "") << sigmaA << " " << text;
                     Vector3f wi;

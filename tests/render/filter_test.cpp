@@ -3,6 +3,8 @@
 
 #include "core/error.h"
 #include "core/sampling.h"
+#include "render/plugins.h"
+#include "sampler_ends.h"
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <functional>
@@ -172,20 +174,6 @@ TEST(Filter, WeightsHaveMeanOne) {
     }
 }
 
-// The extremes of u stay inside.
-TEST(Filter, EndsOfTheUnitSquare) {
-    for (const Case &c : Cases()) {
-        const Filter filter(c.kind, c.p);
-        for (const float x : {0.f, 1e-30f, 0.5f, OneMinusEpsilon})
-            for (const float y : {0.f, 1e-30f, 0.5f, OneMinusEpsilon}) {
-                const FilterSample s = filter.Sample({x, y});
-                EXPECT_LE(std::abs(s.offset.x), c.p.radius.x) << c.name << " " << x;
-                EXPECT_LE(std::abs(s.offset.y), c.p.radius.y) << c.name << " " << y;
-                EXPECT_TRUE(std::isfinite(s.weight));
-            }
-    }
-}
-
 Entity Named(const std::string &type) {
     Entity entity;
     entity.type = type;
@@ -199,6 +187,38 @@ Entity With(const std::string &type, const std::string &name, double value) {
     p.numbers = {value};
     entity.params.params.push_back(std::move(p));
     return entity;
+}
+
+// At the ends of the unit square the samples of every filter of the table, at defaults, narrow and wide, lie
+// in its footprint, on the side that the random number asks for: the share of |f| left of them is the number.
+TEST(MakeFilter, SamplesHoldAtTheEnds) {
+    for (const PluginInfo &row : FilterPlugins().rows)
+        for (const double width : {0., 1e-3, 1.5, 1000.}) {
+            const Filter filter = MakeFilter(width > 0 ? With(std::string(row.name), "xwidth", width)
+                                                       : Named(std::string(row.name)));
+            const double r{filter.Radius().x};
+            const auto mass = [&](double a, double b) {
+                return Integrate(
+                    [&](double x) {
+                        return std::abs(double{filter.Evaluate({static_cast<float>(x), 0})});
+                    },
+                    a, b);
+            };
+            const double total = mass(-r, 0) + mass(0, r);
+            ForEachEnd([&](const Point2f &u) {
+                const FilterSample s = filter.Sample(u);
+                EXPECT_LE(std::abs(s.offset.x), filter.Radius().x) << row.name << width << u;
+                EXPECT_LE(std::abs(s.offset.y), filter.Radius().y) << row.name << width << u;
+                const float value = filter.Evaluate(s.offset);
+                EXPECT_TRUE(std::isfinite(s.weight) && value * s.weight >= 0) << row.name << width << u;
+            });
+            for (const float u : kEndsOfU) {
+                const double x{filter.Sample({u, 0.5f}).offset.x};
+                const double left = x < 0 ? mass(-r, x) : mass(-r, 0) + mass(0, x);
+                // A float holds a place within the footprint to 1.2e-7 of the radius
+                EXPECT_NEAR(left / total, double{u}, 2e-5 + 1.2e-7 * r) << row.name << " " << width;
+            }
+        }
 }
 
 TEST(MakeFilter, HasPbrtsDefaults) {

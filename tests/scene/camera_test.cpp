@@ -4,6 +4,8 @@
 
 #include "core/error.h"
 #include "core/sampling.h"
+#include "sampler_ends.h"
+#include "scene/plugins.h"
 
 #include <gtest/gtest.h>
 
@@ -254,6 +256,51 @@ TEST(RealisticCamera, StandsInWithTheLensesFocalLength) {
                 Degrees(2 * std::atan(15 / 50.f)), 1e-3);
     EXPECT_EQ(FlushWarnings(), 1u);
     EXPECT_NE(testing::internal::GetCapturedStderr().find("(it has no \"lensfile\")"), std::string::npos);
+}
+
+// For the ends of film and lens, every camera of the table gives a ray of unit length from its lens; all rays
+// of one film position meet at the plane of focus.
+TEST(Camera, RaysHoldAtTheEnds) {
+    testing::internal::CaptureStderr(); // a camera that is not rendered is told of
+    for (const PluginInfo &row : CameraPlugins().rows)
+        for (const double lens : {0., 1e-6, 0.25, 50.})
+            for (const double focus : {1e-2, 7., 1e6})
+                for (const double fov : {0.1, 90., 179.}) {
+                    Entity entity = OfType(std::string(row.name));
+                    const auto set = [&](std::string_view name, double value) {
+                        if (row.FindParam(name))
+                            Set(&entity, std::string(name), {value});
+                    };
+                    set("lensradius", lens), set("focaldistance", focus), set("fov", fov);
+                    set("aperturediameter", 2000 * lens), set("focusdistance", focus);
+                    const Camera camera = MakeCamera(entity, {640, 480});
+                    const float radius = camera.Parameters().lensRadius;
+                    const bool lensless = camera.Parameters().projection == Projection::Environment;
+                    ForEachEnd([&](const Point2f &film) {
+                        const Point2f p(640 * film.x, 480 * film.y);
+                        const Ray middle = camera.GenerateRay(p, {0.5f, 0.5f});
+                        const auto inFocus = [&](const Ray &ray) {
+                            return Vector3d(ray.o) + Vector3d(ray.d) * (focus / double{ray.d.z});
+                        };
+                        ForEachEnd([&](const Point2f &u) {
+                            const Ray ray = camera.GenerateRay(p, u);
+                            ASSERT_TRUE(IsFinite(ray.o) && IsUnit(ray.d)) << row.name << film << u;
+                            ASSERT_LE(Distance(ray.o, middle.o),
+                                      radius * (1 + 1e-6f) + 2e-7f * ray.o.Length())
+                                << row.name << film << u;
+                            if (lensless)
+                                return;
+                            const Vector3d a = inFocus(ray), b = inFocus(middle);
+                            // A direction is rounded by 1e-7, seen at its slant
+                            const double slant = std::min(double{ray.d.z}, double{middle.d.z});
+                            ASSERT_LT((a - b).Length(),
+                                      4e-7 * (focus / Sqr(slant) + double{radius} + b.Length()))
+                                << row.name << film << u << " " << lens << " " << focus << " " << fov;
+                        });
+                    });
+                }
+    FlushWarnings();
+    testing::internal::GetCapturedStderr();
 }
 
 TEST(Camera, RefusesNonsense) {
