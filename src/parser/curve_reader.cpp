@@ -188,61 +188,87 @@ class CurveParams {
     CurveParams(SceneText *text, const ParamSet &params, const Token &word)
         : text_(*text), params_(params), word_(word) {}
 
+    // Leaves the curve out, as pbrt-v3 does with a message.
     template <typename... Args>
     [[noreturn]] void Fail(std::string_view name, fmt::format_string<Args...> format, Args &&...args) const {
-        const Param *p = params_.Find(name);
-        const std::string message = fmt::vformat(format, fmt::make_format_args(args...));
-        try {
-            text_.Fail(p ? text_.PlaceOf(word_, *p) : word_.begin, message);
-        } catch (const Error &e) { // pbrt-v3 has a message for each
-            throw Error(e).WithPbrtInstead("the curve is left out");
-        }
+        throw ErrorAt(name, fmt::vformat(format, fmt::make_format_args(args...)))
+            .WithPbrtInstead("the curve is left out");
     }
-    // Null when it is not given. how: as it is written, for the message.
+    // Null when it is not given, and where pbrt-v3 does not find it: of another type, which is a Warning.
+    // how: as it is written, for the message.
     const Param *Typed(std::string_view name, std::initializer_list<ParamType> types,
                        std::string_view how) const {
         const Param *p = params_.Find(name);
         if (!p)
             return nullptr;
-        if (std::find(types.begin(), types.end(), p->type) == types.end())
-            Fail(name, "a curve's \"{}\" is written {}", name, how);
         p->used = true;
-        return p;
+        if (std::find(types.begin(), types.end(), p->type) != types.end())
+            return p;
+        Forgive(name, "it is ignored", "a curve's \"{}\" is written {}", name, how);
+        return nullptr;
     }
     // False, and *value as it was, when it is not given.
     bool Number(std::string_view name, std::string_view how, double *value) const {
         const Param *p = Typed(name, {ParamType::Float, ParamType::Integer}, how);
         if (!p)
             return false;
-        if (p->numbers.size() != 1)
-            Fail(name, "a curve's \"{}\" takes one number, not {}", name, p->numbers.size());
+        if (p->numbers.size() != 1) {
+            Forgive(name, "it is ignored", "a curve's \"{}\" takes one number, not {}", name,
+                    p->numbers.size());
+            return false;
+        }
         *value = p->numbers[0];
         return true;
     }
-    // The index of the word that was given, 0 when none was.
+    // The index of the word that was given, 0 when none was; words.size() for an unknown one, of which
+    // *unknown tells.
     template <size_t N>
-    size_t Choice(std::string_view name, std::string_view how,
-                  const std::array<std::string_view, N> &words) const {
+    size_t Choice(std::string_view name, std::string_view how, const std::array<std::string_view, N> &words,
+                  std::optional<Error> *unknown) const {
         const Param *p = Typed(name, {ParamType::String}, how);
         if (!p)
             return 0;
-        const std::string_view given = p->strings.empty() ? std::string_view() : p->strings[0];
-        const auto it = p->strings.size() == 1 ? std::find(words.begin(), words.end(), given) : words.end();
+        if (p->strings.size() != 1) {
+            Forgive(name, "it is ignored", "a curve's \"{}\" is one word, not {}", name, p->strings.size());
+            return 0;
+        }
+        const std::string_view given = p->strings[0];
+        const auto it = std::find(words.begin(), words.end(), given);
         if (it == words.end())
-            Fail(name, "a curve's \"{}\" cannot be {}. {}", name,
-                 p->strings.empty() ? "empty" : Quoted(given), Suggestion(given, words.data(), words.size()));
+            *unknown = ErrorAt(name, fmt::format("a curve's \"{}\" cannot be {}", name, Quoted(given)))
+                           .WithRemedy(Suggestion(given, words.data(), words.size()));
         return static_cast<size_t>(it - words.begin());
     }
     // Three numbers each.
-    const std::vector<double> &Triples(std::string_view name, std::string_view declaration,
-                                       const Param &p) const {
-        if (p.numbers.size() % 3 != 0)
-            Fail(name, "a curve's \"{}\" has {} numbers, which is no multiple of 3", declaration,
-                 p.numbers.size());
-        return p.numbers;
+    std::vector<double> Triples(std::string_view name, std::string_view declaration, const Param &p) const {
+        std::vector<double> numbers = p.numbers;
+        const size_t excess = numbers.size() % 3;
+        if (excess != 0)
+            Forgive(name, excess == 1 ? "the last is ignored" : "the last two are ignored",
+                    "a curve's \"{}\" has {} numbers, which is no multiple of 3", declaration,
+                    numbers.size());
+        numbers.resize(numbers.size() - excess);
+        return numbers;
+    }
+    // Goes on as pbrt-v3 does, which is what `instead` says, with a Warning.
+    template <typename... Args>
+    void Forgive(std::string_view name, std::string_view instead, fmt::format_string<Args...> format,
+                 Args &&...args) const {
+        ErrorAt(name, fmt::vformat(format, fmt::make_format_args(args...)))
+            .WithPbrtInstead(std::string(instead))
+            .GoOnAsPbrt("curve parameter that pbrt-v3 forgives");
     }
 
   private:
+    // The error at the parameter, or where that is not given at the word Shape.
+    Error ErrorAt(std::string_view name, const std::string &message) const {
+        const Param *p = params_.Find(name);
+        try {
+            text_.Fail(p ? text_.PlaceOf(word_, *p) : word_.begin, message);
+        } catch (const Error &e) {
+            return e;
+        }
+    }
     SceneText &text_;
     const ParamSet &params_;
     const Token &word_;
@@ -265,10 +291,18 @@ void CurveReader::Read(const ParamSet &params, const Token &word, int material) 
     c.hasWidth1 = in.Number("width1", "\"float width1\" value", &c.width1);
     static constexpr std::array<std::string_view, 3> kTypeNames{"flat", "cylinder", "ribbon"};
     static constexpr CurveType kTypes[] = {CurveType::Flat, CurveType::Cylinder, CurveType::Ribbon};
-    c.type = kTypes[in.Choice("type", "\"string type\" name", kTypeNames)];
+    std::optional<Error> unknown;
+    size_t type = in.Choice("type", "\"string type\" name", kTypeNames, &unknown);
+    if (type == kTypeNames.size()) {
+        Error(*unknown).WithPbrtInstead("it is taken as \"cylinder\"").GoOnAsPbrt("unknown type of curve");
+        type = 1;
+    }
+    c.type = kTypes[type];
     static constexpr std::array<std::string_view, 2> kBasisNames{"bezier", "bspline"};
-    c.basis =
-        in.Choice("basis", "\"string basis\" name", kBasisNames) ? CurveBasis::BSpline : CurveBasis::Bezier;
+    const size_t basis = in.Choice("basis", "\"string basis\" name", kBasisNames, &unknown);
+    if (basis == kBasisNames.size())
+        throw Error(*unknown).WithPbrtInstead("the curve is left out");
+    c.basis = basis == 1 ? CurveBasis::BSpline : CurveBasis::Bezier;
     double degree = 3, splitDepth = 3;
     in.Number("degree", "\"integer degree\" 2 or 3", &degree);
     if (degree != 2 && degree != 3)
@@ -288,6 +322,12 @@ void CurveReader::Read(const ParamSet &params, const Token &word, int material) 
     if (c.type == CurveType::Ribbon && !c.hasN)
         in.Fail("N", "a curve of type \"ribbon\" needs \"normal N\", one at each end of each segment");
     std::string error;
+    const size_t segments = CurveSegmentCount(c.P.size() / 3, c.basis, c.degree, &error);
+    if (segments == 0)
+        in.Fail("", "Shape \"curve\": {}", error);
+    if (c.hasN && c.N.size() / 3 != segments + 1)
+        in.Fail("N", "{} normals for a ribbon of {} segments: {} are needed", c.N.size() / 3, segments,
+                segments + 1);
     if (!Emit(c, &error))
         text_.Fail(word, "Shape \"curve\": {}", error);
     params.ReportUnused("Shape \"curve\"");

@@ -87,7 +87,6 @@ constexpr Wrong kWrong[] = {
      "1:1", "UTF-16"},
     {"Identity \xc3\xa4", "1:10", "byte 0xc3 outside quotes"},
     // curves
-    {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 1 1 2 2 2]", "2:1", "Shape \"curve\": "},
     {"WorldBegin\nScale 1e30 1e30 1e30 Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 1e30 0 0]", "2:22",
      "out of range after the transformation"},
 };
@@ -140,11 +139,24 @@ constexpr Wrong kForgiven[] = {
     {"Camera \"perspective\" \"texture t\" [\"a\" \"b\"]", "1:22", "the name of one texture, not 2"},
     // curves
     {"WorldBegin\nShape \"curve\" \"float width\" 1", "2:1", "needs control points"},
-    {"WorldBegin\nShape \"curve\"\n  \"point P\" [0 0 0 1]", "3:3", "no multiple of 3"},
+    {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 1 1 2 2 2]", "2:1",
+     "Shape \"curve\": 3 control points for a curve of degree 3 in the Bezier basis: n * 3 + 1 are needed, n "
+     ">= "
+     "1; the curve is left out, as by pbrt-v3"},
+    {"WorldBegin\nShape \"curve\" \"string basis\" \"bspline\" \"point P\" [0 0 0 1 1 1 2 2 2]", "2:1",
+     "at least 4 are needed; the curve is left out, as by pbrt-v3"},
+    {"WorldBegin\nShape \"curve\"\n  \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0 4]", "3:3",
+     "no multiple of 3; the last is ignored, as by pbrt-v3"},
+    {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"string type\" \"ribbon\" \"normal "
+     "N\" "
+     "[0 0 1]",
+     "2:74", "1 normals for a ribbon of 1 segments: 2 are needed; the curve is left out, as by pbrt-v3"},
+    {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"float type\" 1", "2:51",
+     "\"type\" is written \"string type\" name; it is ignored, as by pbrt-v3"},
     {"WorldBegin\nShape \"curve\" \"float P\" [0 0 0 1 1 1 2 2 2 3 3 3]", "2:15",
      "\"P\" is written \"point P\""},
     {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0]\n\"string type\" \"cylindr\"", "3:1",
-     "Did you mean \"cylinder\"?"},
+     "it is taken as \"cylinder\", as by pbrt-v3 (Did you mean \"cylinder\"?)"},
     {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0]\n \"integer degree\" 4", "3:2",
      "must be 2 or 3"},
     {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"string basis\" \"hermite\"", "2:51",
@@ -152,7 +164,7 @@ constexpr Wrong kForgiven[] = {
     {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"string type\" \"ribbon\"", "2:1",
      "needs \"normal N\""},
     {"WorldBegin\nShape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"float width\" [1 2]", "2:51",
-     "takes one number, not 2"},
+     "takes one number, not 2; it is ignored, as by pbrt-v3"},
 };
 
 TEST(ParserErrors, NameThePlaceAndWhatWouldBeRight) {

@@ -324,6 +324,35 @@ TEST(Parser, GoesOnAsPbrtDoes) {
     EXPECT_GT(FlushWarnings(), 15u);
 }
 
+// Of a curve, as CreateCurveShape of pbrt-v3 has it: an unknown type is a cylinder; what is of another type
+// or has another number of values than one is not found; coordinates in excess are dropped; a wrong number of
+// control points or normals, an unknown basis and another degree leave the curve out.
+TEST(Parser, ForgivesCurvesAsPbrtDoes) {
+    const std::string points = "\"point P\" [0 0 0 1 0 0 2 0 0 3 0 0] ";
+    const auto curve = [&](const std::string &rest) { return Parse(World("Shape \"curve\" " + rest)); };
+    auto s = curve(points + "\"string type\" \"cylindr\" \"float width\" [3 4] \"float width1\" .5");
+    ASSERT_EQ(s.curves.segments.size(), 1u);
+    EXPECT_EQ(s.curveGroups[s.curves.segments[0].group].type, CurveType::Cylinder);
+    EXPECT_EQ(s.curves.segments[0].width[0], 1);
+    EXPECT_EQ(s.curves.segments[0].width[1], 0.5f);
+    s = curve("\"point P\" [0 0 0 1 0 0 2 0 0 3 0 0 9 9] \"float type\" 1 \"string width0\" \"x\"");
+    ASSERT_EQ(s.curves.segments.size(), 1u);
+    EXPECT_EQ(s.curveGroups[s.curves.segments[0].group].type, CurveType::Flat);
+    EXPECT_EQ(s.curves.segments[0].cp[3], Point3f(3, 0, 0));
+    for (const std::string &left :
+         {points + "\"integer degree\" 4", points + "\"string basis\" \"hermite\"",
+          points + "\"string type\" \"ribbon\"", std::string("\"point P\" [0 0 0 1 0 0 2 0 0 3 0 0 4 0 0]"),
+          points + "\"string type\" \"ribbon\" \"normal N\" [0 0 1 0 0 1 0 0 1]",
+          points + "\"string type\" \"ribbon\" \"vector N\" [0 0 1 0 0 1]"}) {
+        s = curve(left + " Shape \"sphere\"");
+        EXPECT_TRUE(s.curves.segments.empty()) << left;
+        EXPECT_EQ(s.shapes.size(), 1u) << left;
+        const StrictWarnings strict;
+        EXPECT_THROW(curve(left), Error) << left;
+    }
+    FlushWarnings();
+}
+
 // A matrix that scales by its last element is none that projects.
 TEST(Parser, HomogeneousMatricesAreAffine) {
     const auto s = Parse(World("Transform [2 0 0 0 0 2 0 0 0 0 2 0 4 6 8 2] Shape \"sphere\""));
