@@ -57,10 +57,12 @@ TriangleMesh MakeTriangleMesh(const ShapeEntity &shape) {
         if (mesh.uv.empty())
             mesh.uv = p.FindPoint2fs(name);
     if (!mesh.uv.empty() && mesh.uv.size() != mesh.p.size()) {
+        const bool tooMany = mesh.uv.size() > mesh.p.size();
         Warning(p.loc, "wrong number of texture coordinates",
-                fmt::format("there are {} texture coordinates for {} points; they are ignored",
-                            mesh.uv.size(), mesh.p.size()));
-        mesh.uv.clear();
+                fmt::format("there are {} texture coordinates for {} points; {}, as by pbrt-v3",
+                            mesh.uv.size(), mesh.p.size(),
+                            tooMany ? "those in excess are ignored" : "they are ignored"));
+        mesh.uv.resize(tooMany ? mesh.p.size() : 0);
     }
     if (!mesh.n.empty() && mesh.n.size() != mesh.p.size()) {
         Warning(p.Find("N")->loc, "wrong number of normals",

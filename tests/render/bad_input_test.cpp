@@ -366,6 +366,14 @@ TEST_F(BadInput, IsDrawnWithinBounds) {
          "warning: there are 1 normals for 3 points; they are ignored"},
         {"", "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0 2] \"integer indices\" [0 1 2]",
          "no multiple of 3"},
+        {"",
+         "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] \"float uv\" "
+         "[0 0 1 0 0 1 5 5]",
+         "4 texture coordinates for 3 points; those in excess are ignored, as by pbrt-v3"},
+        {"",
+         "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] \"float uv\" "
+         "[0 0 1 0]",
+         "2 texture coordinates for 3 points; they are ignored, as by pbrt-v3"},
         {"", "Shape \"plymesh\" \"string filename\" \"nowhere.ply\"", "the shape is left out, as by pbrt-v3"},
         {"", "Shape \"plymesh\" \"string filename\" \".\"", "the shape is left out, as by pbrt-v3"},
         {"", "Shape \"plymesh\"", "5:1: warning: this shape needs \"string filename\"; it is left out"},
