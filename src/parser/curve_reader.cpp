@@ -260,9 +260,9 @@ class CurveParams {
     }
 
   private:
-    // The error at the parameter, or where that is not given at the word Shape.
+    // The error at the parameter, or where that is not given, and for "", at the word Shape.
     Error ErrorAt(std::string_view name, const std::string &message) const {
-        const Param *p = params_.Find(name);
+        const Param *p = name.empty() ? nullptr : params_.Find(name);
         try {
             text_.Fail(p ? text_.PlaceOf(word_, *p) : word_.begin, message);
         } catch (const Error &e) {

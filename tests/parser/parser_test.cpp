@@ -324,9 +324,9 @@ TEST(Parser, GoesOnAsPbrtDoes) {
     EXPECT_GT(FlushWarnings(), 15u);
 }
 
-// Of a curve, as CreateCurveShape of pbrt-v3 has it: an unknown type is a cylinder; what is of another type
-// or has another number of values than one is not found; coordinates in excess are dropped; a wrong number of
-// control points or normals, an unknown basis and another degree leave the curve out.
+// Curves are forgiven as CreateCurveShape of pbrt-v3 has it: an unknown type is a cylinder; what is of
+// another type or has another number of values than one is not found; coordinates in excess are dropped; a
+// wrong number of control points or normals, an unknown basis and another degree leave the curve out.
 TEST(Parser, ForgivesCurvesAsPbrtDoes) {
     const std::string points = "\"point P\" [0 0 0 1 0 0 2 0 0 3 0 0] ";
     const auto curve = [&](const std::string &rest) { return Parse(World("Shape \"curve\" " + rest)); };

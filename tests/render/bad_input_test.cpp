@@ -212,7 +212,6 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
          "error: \"samples\" must be"},
         {"", giants.c_str(), "5:1: error: 2000 curve segments are wider"},
         {"", "Shape \"groomhead\" \"float spacing\" 1e-30", "5:1: error: the spacing"},
-        {"", "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0]", "5:1: error: Shape \"curve\""},
         {"", "Scale 1e38 1 1 Shape \"curve\" \"point P\" [3e38 0 0 3e38 0 0 2 0 0 3 0 0]",
          "out of range after the transformation"},
         // Instances: rays in their space
@@ -374,6 +373,10 @@ TEST_F(BadInput, IsDrawnWithinBounds) {
          "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] \"float uv\" "
          "[0 0 1 0]",
          "2 texture coordinates for 3 points; they are ignored, as by pbrt-v3"},
+        {"", "Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0]",
+         "5:1: warning: Shape \"curve\": 3 control points for a curve of degree 3 in the Bezier basis: n * 3 "
+         "+ 1 "
+         "are needed, n >= 1; the curve is left out, as by pbrt-v3"},
         {"", "Shape \"plymesh\" \"string filename\" \"nowhere.ply\"", "the shape is left out, as by pbrt-v3"},
         {"", "Shape \"plymesh\" \"string filename\" \".\"", "the shape is left out, as by pbrt-v3"},
         {"", "Shape \"plymesh\"", "5:1: warning: this shape needs \"string filename\"; it is left out"},
