@@ -175,8 +175,11 @@ void SetUp(const HairParameters &parameters, HairSetup &setup) {
     setup.npNorm = (Lanes(norm) * Lanes(1, 1, 1, 0) + Lanes(0, 0, 0, 2 / Pi)).Array();
     //<
     //> Compute the tilts of the scales
-    const SinCosine<Lanes> tilt =
-        SinCosTurns(Lanes(AlphaInTurns(parameters.alpha, parameters.tilt)) * Lanes(kTiltInAlpha));
+    // Up to an eighth of a turn no multiple needs a remainder, and one division serves all: the same bits.
+    const float whole = parameters.tilt == ScaleTilt::RootToTip ? 360 : -360;
+    const SinCosine<Lanes> tilt = SinCosTurns(std::abs(parameters.alpha) <= 45
+                                                  ? Lanes(parameters.alpha / whole) * Lanes(kTiltInAlpha)
+                                                  : Lanes(TiltsInTurns(parameters.alpha, parameters.tilt)));
     setup.sinTilt = tilt.sin.Array(), setup.cosTilt = tilt.cos.Array();
     //<
 }

@@ -57,10 +57,10 @@ HairLobes<T>::HairLobes(const HairParameters &parameters)
       npTail(LogisticTail(s)) {
     for (size_t c = 0; c < 3; ++c)
         sigmaA[c] = T(parameters.sigmaA[c]);
-    const T alpha = 2 * kPi<T> * AlphaInTurns(T(parameters.alpha), parameters.tilt);
+    const std::array<T, kLobes> turns = TiltsInTurns(T(parameters.alpha), parameters.tilt);
     for (size_t p = 0; p < kLobes; ++p) {
-        sinTilt[p] = std::sin(T(kTiltInAlpha[p]) * alpha);
-        cosTilt[p] = std::cos(T(kTiltInAlpha[p]) * alpha);
+        sinTilt[p] = std::sin(2 * kPi<T> * turns[p]);
+        cosTilt[p] = std::cos(2 * kPi<T> * turns[p]);
     }
 }
 //<

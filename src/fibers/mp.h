@@ -100,12 +100,19 @@ CUTICLE_INLINE SinCosine<T> TurnFromAxis(T x, T sinPsi, T cosPsi, T sinThetaO, T
 // ways.
 inline constexpr std::array<float, kLobes> kTiltInAlpha = {2, -1, -4, 0};
 
-// alpha, given in degrees and of any size, in turns, with the sign of the convention. Whole turns are taken
-// off first, by a remainder that is exact: of a huge alpha nothing but it is left, the same in every kernel.
+// Returns the tilts in turns, from alpha in degrees and of any finite size, with the sign of the convention.
+// Remainders are exact, so of a huge alpha its own angle is left, the same in every kernel; what is rounded
+// is a number below half a turn.
 template <typename T>
-CUTICLE_INLINE T AlphaInTurns(T alpha, ScaleTilt tilt) {
+CUTICLE_INLINE std::array<T, kLobes> TiltsInTurns(T alpha, ScaleTilt tilt) {
     const T rest = std::abs(alpha) < 360 ? alpha : std::fmod(alpha, T(360));
-    return rest / (tilt == ScaleTilt::RootToTip ? 360 : -360);
+    std::array<T, kLobes> turns;
+    for (size_t p = 0; p < kLobes; ++p) {
+        const T degrees = T(kTiltInAlpha[p]) * rest;
+        turns[p] = (std::abs(degrees) <= 180 ? degrees : std::remainder(degrees, T(360))) /
+                   (tilt == ScaleTilt::RootToTip ? 360 : -360);
+    }
+    return turns;
 }
 
 // sin and cos of theta_o + tilt. An angle beyond the pole, with its negative cosine, is the same height on

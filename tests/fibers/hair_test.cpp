@@ -194,6 +194,53 @@ TEST_P(Hair, KernelsAgreeWithLongDouble) {
     EXPECT_LE(worst, 2e-5) << where;
 }
 
+// A tilt of any finite size gives every set of kernels the value of long double, within what rounding the
+// lobe's angle to a float of half a turn moves it, 2^-25 turns, beside the rounding of the directions.
+TEST_P(Hair, HugeTiltsAreTheSameInEveryKernel) {
+    RNG rng(11);
+    double worst = 0, worstSample = 0;
+    for (int i = 0; i < 30000; ++i) {
+        float alpha = 1e2f * std::exp(rng.UniformFloat() * std::log(3.4e36f));
+        if (i % 16 == 0)
+            alpha = std::array{
+                100.f, 359.99997f, 360.f, 45.f, 3.4e38f, std::numeric_limits<float>::max()}[i / 16 % 6];
+        const HairParameters parameters = {2 * rng.UniformFloat() - 1,
+                                           1.1f + rng.UniformFloat(),
+                                           {0.3f, 0.1f, 1},
+                                           0.1f + 0.9f * rng.UniformFloat(),
+                                           0.1f + 0.9f * rng.UniformFloat(),
+                                           i % 2 ? alpha : -alpha,
+                                           i % 3 ? ScaleTilt::RootToTip : ScaleTilt::PbrtV3};
+        const double sigma = std::sqrt(UnscaledVariance(double{parameters.betaM})) / 2;
+        const double turned = 2 * std::numbers::pi * 0x1p-25 * 6 / sigma; // six widths from a lobe's centre
+        const Vector3f wo = RandomDirection(rng);
+        const auto error = [&](const HairValue &value, const Vector3f &wi) {
+            EXPECT_TRUE(Sane(Spectrum(value.fCos[0], value.fCos[1], value.fCos[2]), value.pdf)) << alpha;
+            const HairLobes<long double>::Value exact = Evaluate<long double>(parameters, wo, wi);
+            if (exact.pdf < 1e-6L)
+                return 0.;
+            double e = std::abs(double(value.pdf / exact.pdf) - 1);
+            for (size_t c = 0; c < 3; ++c)
+                e = std::max(e, std::abs(double(value.fCos[c] / exact.fCos[c]) - 1));
+            return e;
+        };
+        HairSetup setup;
+        CurrentHairKernels().setUp(parameters, setup);
+        Vector3f wi = RandomDirection(rng);
+        worst = std::max(worst, error(CurrentHairKernels().evaluate(setup, wo, wi), wi) / (2e-5 + turned));
+        const HairValue value = CurrentHairKernels().sample(setup, wo, RandomU(rng), &wi);
+        ASSERT_NEAR(wi.Length(), 1, 1e-6) << alpha;
+        const double cosI = std::hypot(double{wi.y}, double{wi.z}),
+                     s = AzimuthalScale(double{parameters.betaN});
+        const double moved = 2e-7 / cosI / s + 2e-7 * 8 / sigma; // as in SampleAgreesWithFAndPdf
+        worstSample = std::max(worstSample, error(value, wi) / (2e-5 + turned + moved));
+    }
+    std::printf("%s, huge tilts: error %.3f of its bound, of samples %.3f\n", GetParam().c_str(), worst,
+                worstSample);
+    EXPECT_LE(worst, 1);
+    EXPECT_LE(worstSample, 1);
+}
+
 // Narrow lobes: relative to what moving a direction by its own rounding, 6e-8, does to the value.
 TEST_P(Hair, NarrowLobesAreAsGoodAsTheirDirections) {
     RNG rng(8);
