@@ -322,7 +322,8 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
     @staticmethod
     def require_tests(command, folder, chapter, line):
         """Every pattern of a --gtest_filter chooses a test: one that matches none would be printed as passed."""
-        for program, patterns in re.findall(r"(\S+)[^;|&]*--gtest_filter='?([^'\s]+)", command):
+        # words like CUTICLE_ISA=sse2 before the program are its environment
+        for program, patterns in re.findall(r"(?:\w+=\S*\s+)*([^\s=]+)[^;|&]*--gtest_filter='?([^'\s]+)", command):
             for pattern in filter(None, re.split("[:-]", patterns)):
                 tests = subprocess.run([program, "--gtest_list_tests", f"--gtest_filter={pattern}"], cwd=folder, capture_output=True,
                                        text=True).stdout

@@ -123,8 +123,9 @@ class Weaver(unittest.TestCase):
             program.chmod(0o755)
             check = book.Book.require_tests
             check(f"{program} --gtest_brief=1 --gtest_filter='A*'", folder, CHAPTER, 1)
+            check(f"CUTICLE_ISA=sse2 X= {program} --gtest_filter='A*'", folder, CHAPTER, 1)
             with self.assertRaisesRegex(book.BookError, r"no test of .*tests.sh is called B\*"):
-                check(f"{program} --gtest_filter='A*:B*'", folder, CHAPTER, 1)
+                check(f"CUTICLE_ISA=sse2 {program} --gtest_filter='A*:B*'", folder, CHAPTER, 1)
 
     def test_a_command_runs_again_when_a_program_that_it_names_has_changed(self):
         with tempfile.TemporaryDirectory() as folder:
