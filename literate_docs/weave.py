@@ -43,6 +43,7 @@ LITERATE = [
     "src/fibers/**/*",
     "src/shapes/curve.*",
     "src/shapes/curve_capsule.*",
+    "src/shapes/curve_list.*",
     "src/shapes/curve_set*",
     "src/shapes/curve_tree.*",
     "src/core/fit_special.py",

@@ -402,7 +402,7 @@ Groom WithoutPlacements(Groom groom, const std::string &name) {
             for (size_t k = 0; k < groom.PointCount(i); ++k)
                 widths.push_back(groom.Width(i, k));
         groom.pointWidths = std::move(widths);
-        groom.strandWidths = {};
+        std::vector<std::array<float, 2>>().swap(groom.strandWidths); // `= {}` would keep its memory
     }
     for (const Groom::Placement &p : groom.placements) {
         const auto scale = static_cast<float>(std::cbrt(std::abs(p.toGroom.Determinant())));

@@ -8,6 +8,7 @@
 #include "grooms/tfx_file.h"
 #include "grooms/usd_file.h"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -106,8 +107,8 @@ Groom ReadGroomFile(const std::string &filename, const GroomFileOptions &options
     Groom groom = parse(bytes, filename, options);
     const bool none = groom.pointWidths.empty() && groom.strandWidths.empty() && groom.width == 0;
     if (width > 0 || none) {
-        groom.pointWidths = {};
-        groom.strandWidths = {};
+        std::vector<float>().swap(groom.pointWidths); // `= {}` would keep its memory
+        std::vector<std::array<float, 2>>().swap(groom.strandWidths);
         groom.width = width;
     }
     if (none && !(width > 0)) {

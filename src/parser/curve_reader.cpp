@@ -403,17 +403,9 @@ bool CurveReader::Emit(const CurveStatement &c, std::string *error) {
     const ShapeState state = state_.StateOfShape(c.material);
     const uint32_t group =
         GroupIndex({c.type, state, {}, state.reverseOrientation != swapsHandedness_}, c.begin);
-    if (!isUneven_ || pool->segments.size() >= 1024) // of uneven curves there may be many small pools
-        MakeRoom(pool);
-    ++text_.Curves();
-    const size_t first = pool->segments.size();
-    if (!Append(c, w0, w1, group, pool, error))
-        return false;
-    // A statement is a strand: textures see u from its root to its tip
-    const size_t count = pool->segments.size() - first;
-    for (size_t i = 0; i < count; ++i)
-        pool->segments[first + i].part = StrandPart::Of(i, count);
-    return true;
+    if (MemoryIsLimited())
+        ClaimMore(pool);
+    return Append(c, w0, w1, group, pool, error); // a strand: textures see u from its root to its tip
 }
 
 bool CurveReader::Append(const CurveStatement &c, float width0, float width1, uint32_t group, CurvePool *pool,
@@ -454,29 +446,19 @@ uint32_t CurveReader::GroupIndex(const CurveGroup &group, const char *at) {
     return index;
 }
 
-// Grows the pool by what the rest of the file lets expect, rather than by doubling: memory is the limit of
-// large scenes.
-void CurveReader::MakeRoom(CurvePool *pool) {
-    std::vector<CurveSegment> &s = pool->segments;
-    if (s.size() + 64 <= s.capacity())
+// Claims what the pool has grown by, a megabyte at a time.
+void CurveReader::ClaimMore(CurvePool *pool) {
+    const size_t bytes = pool->segments.MemoryBytes();
+    if (bytes < pool->claimed + (size_t{1} << 20))
         return;
     const Lexer &lexer = text_.lexer();
-    const double read = static_cast<double>(lexer.Cursor() - lexer.Source().Begin()) + 1;
-    const double left = static_cast<double>(lexer.Source().End() - lexer.Cursor());
-    const double forecast = 1.02 * static_cast<double>(text_.Curves()) * left / read;
-    const double size = static_cast<double>(s.size());
-    if (MemoryIsLimited())
-        ClaimMemory(fmt::format("curve segments, of which {} are read", s.size()),
-                    (s.size() - pool->claimed) * sizeof(CurveSegment), lexer.Loc(lexer.Cursor()));
-    pool->claimed = s.size();
-    s.reserve(s.size() + static_cast<size_t>(std::clamp(forecast, size / 4 + 64, 8 * size + 1024)) + 64);
+    ClaimMemory(fmt::format("curve segments, of which {} are read", pool->segments.size()),
+                bytes - pool->claimed, lexer.Loc(lexer.Cursor()));
+    pool->claimed = bytes;
 }
 
 void CurveReader::Finish() {
-    const auto trim = [](CurvePool *pool) {
-        if (pool->segments.capacity() > pool->segments.size() + pool->segments.size() / 16)
-            pool->segments.shrink_to_fit();
-    };
+    const auto trim = [](CurvePool *pool) { pool->segments.shrink_to_fit(); };
     trim(&scene_.curves);
     for (UnevenCurves &c : scene_.unevenCurves)
         trim(&c.curves);

@@ -53,7 +53,7 @@ class CurveReader {
     bool ToPool(const std::vector<double> &P);
     CurvePool *Pool();
     uint32_t GroupIndex(const CurveGroup &group, const char *at);
-    void MakeRoom(CurvePool *pool);
+    void ClaimMore(CurvePool *pool);
 
     SceneText &text_;
     GraphicsState &state_;

@@ -4,7 +4,7 @@
 
 #include "core/vecmath.h"
 #include "parser/param_set.h"
-#include "shapes/curve_types.h"
+#include "shapes/curve_list.h"
 
 #include <map>
 #include <memory>
@@ -68,10 +68,10 @@ struct CurveGroup {
 
 // Curves, already Bezier segments, in world (or object-definition) space or in one of their own.
 struct CurvePool {
-    std::vector<CurveSegment> segments;
+    CurveList segments;
     // Ribbon normals, by segment index (ribbons are rare).
     std::unordered_map<uint32_t, RibbonNormals> ribbonNormals;
-    size_t claimed = 0; // segments whose memory has been claimed while they were read
+    size_t claimed = 0; // bytes of segments, claimed while they were read
 };
 
 // Curves under a transformation that scales unevenly. They stay in their own coordinates, where their widths

@@ -84,9 +84,6 @@ class SceneText {
     void CheckUnchanged() const;
     size_t BytesRead() const { return bytesRead_; } // of text, unpacked, of all files opened
 
-    // Curves read of the top file, counted for the forecast of how many will come.
-    size_t &Curves() { return files_.back().curves; }
-
     // A file that the scene names was not there, and names may be unknown because of it: that is not said
     // again.
     bool missingFile = false;
@@ -95,7 +92,6 @@ class SceneText {
     struct File {
         std::unique_ptr<Lexer> lexer;
         std::string canonical; // the path without links, by which one that includes itself is known
-        size_t curves = 0;
     };
     void Push(std::unique_ptr<TextSource> source, const std::string &canonical);
     Lexer &LexerOf(const char *at);

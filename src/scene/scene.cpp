@@ -83,7 +83,7 @@ void Scene::Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupH
         const CurveHit &curve = hit.curve;
         const CurveSurface s = shapes.binaryCurves ? shapes.binaryCurves->Surface(ray, curve)
                                                    : shapes.curves.Surface(ray, curve);
-        const CurveSegment &segment = shapes.Segment(curve.segment);
+        const CurveSegment segment = shapes.Segment(curve.segment);
         si->p = s.p;
         // pbrt-v3's bound, in the coordinates that the curve is stored in: twice the width that the ray sees.
         const float error = pbrtV3Offset_ ? 2 * s.seen : s.pError;

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace cuticle {
 
@@ -229,12 +230,11 @@ class SceneBuilder {
         const auto group = static_cast<uint32_t>(description_.curveGroups.size());
         description_.curveGroups.push_back({CurveType::Flat, shape.state, shape.params.loc,
                                             shape.state.reverseOrientation != toPool.SwapsHandedness()});
-        std::vector<CurveSegment> &segments = curves->segments;
+        CurveList &segments = curves->segments;
         const size_t added = ExpectedSegments(groom, range, strands.segments),
                      needed = segments.size() + added;
         CheckSegmentCount(needed);
-        if (needed > segments.capacity()) // exact for one groom, geometric for many
-            segments.reserve(std::max(needed, segments.size() + segments.size() / 2));
+        segments.reserve(needed);
         Scene::StrandColorRun *colors = groom.hasColor ? &scene_.strandColors_[group] : nullptr;
         if (colors) {
             colors->firstSegment = static_cast<uint32_t>(segments.size());
@@ -281,7 +281,7 @@ class SceneBuilder {
 
     // Error where many curves are wider than all of them together: no box separates such curves, and every
     // ray would try every curve. Up to 1000 such curves are drawn; more is a unit error.
-    void RefuseGiantWidths(const std::vector<CurveSegment> &segments) const {
+    void RefuseGiantWidths(const CurveList &segments) const {
         constexpr size_t kMaxGiants = 1000;
         Bounds3f bounds;
         for (const CurveSegment &s : segments)
@@ -290,11 +290,11 @@ class SceneBuilder {
                     bounds.Extend(p);
         const Vector3f d = bounds.Diagonal();
         const float extent = std::max({d.x, d.y, d.z});
-        const CurveSegment *giant = nullptr;
+        std::optional<CurveSegment> giant;
         size_t giants = 0;
         for (const CurveSegment &s : segments)
             if (std::max(s.width[0], s.width[1]) > extent) {
-                giant = giant ? giant : &s;
+                giant = giant ? giant : s;
                 ++giants;
             }
         if (giants <= kMaxGiants)
@@ -320,6 +320,15 @@ class SceneBuilder {
         }
     }
 
+    // Returns the segments that have a material.
+    CurveList WithoutHidden(const CurveList &segments) const {
+        CurveList seen;
+        for (const CurveSegment &s : segments)
+            if (scene_.curveMaterials_[s.group])
+                seen.push_back(s);
+        return seen;
+    }
+
     // Builds the accelerators of a group whose shapes are complete.
     void FinishShapes(CurvePool curves, ShapeGroup *shapes) {
         RefuseGiantWidths(curves.segments);
@@ -327,8 +336,7 @@ class SceneBuilder {
         shapes->haveSolids = shapes->solids.Geometries() > 0;
         // Ribbon normals and strand colours are by segment number, so segments must keep theirs
         if (anyHidden_ && curves.ribbonNormals.empty() && scene_.strandColors_.empty())
-            std::erase_if(curves.segments,
-                          [&](const CurveSegment &s) { return !scene_.curveMaterials_[s.group]; });
+            curves.segments = WithoutHidden(curves.segments);
         if (wantsStrandNormals_)
             shapes->strandNormals = MakeStrandNormals(curves.segments);
         shapes->haveCurves = !curves.segments.empty();
@@ -336,7 +344,7 @@ class SceneBuilder {
             return;
         ClaimCurves(curves);
         if (options_.binaryCurves) {
-            shapes->binaryCurves.emplace(std::move(curves.segments), curveTypes_, curves.ribbonNormals);
+            shapes->binaryCurves.emplace(curves.segments, curveTypes_, curves.ribbonNormals);
             return;
         }
         shapes->curves = CurveSet(std::move(curves.segments), curveTypes_, curves.ribbonNormals);
@@ -344,14 +352,13 @@ class SceneBuilder {
             WarnOfDropped(shapes->curves);
     }
 
-    // Claims what a curve set takes while it is built: the segments twice, four or eight references of 32
-    // bytes to each, and the tree; the last were measured.
+    // Claims what a curve set takes while it is built: for each segment its points, a reference of 32 bytes,
+    // two numbers of pieces, and 50 bytes of the tree, which were measured.
     void ClaimCurves(const CurvePool &curves) const {
-        const size_t n = curves.segments.size();
+        const size_t n = curves.segments.size(), points = curves.segments.MemoryBytes();
         CHECK_LT(curves.segments[0].group, description_.curveGroups.size());
-        const size_t each = n > (size_t{1} << 19) ? 64 + 128 + 160 : 64 + 256 + 255;
         ClaimMemory(fmt::format("{} curve segments and their tree", n),
-                    n * (each + sizeof(CurveSegment)) - std::min(n, curves.claimed) * sizeof(CurveSegment),
+                    n * (32 + 8 + 50) + points - std::min(points, curves.claimed),
                     description_.curveGroups[curves.segments[0].group].loc);
     }
 
@@ -366,7 +373,7 @@ class SceneBuilder {
             {"curves without width", "without width"},
             {"curves out of range", "out of range: a point or width of theirs is beyond 1e18 or not finite"}};
         for (uint32_t i = 0; i < curves.SegmentCount(); ++i) {
-            const CurveSegment &s = curves.Segment(i);
+            const CurveSegment s = curves.Segment(i);
             if (IsUsable(s))
                 continue;
             const bool isPoint = s.cp[0] == s.cp[1] && s.cp[0] == s.cp[2] && s.cp[0] == s.cp[3];

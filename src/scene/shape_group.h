@@ -35,7 +35,7 @@ struct ShapeGroup {
     // else nullptr.
     bool Intersect(Ray ray, const CurveOrigin *origin, ShapeGroupHit *hit) const;
     bool Occluded(const Ray &ray, const CurveOrigin *origin) const;
-    const CurveSegment &Segment(uint32_t i) const {
+    CurveSegment Segment(uint32_t i) const {
         return binaryCurves ? binaryCurves->Segment(i) : curves.Segment(i);
     }
     Bounds3f Bound() const;

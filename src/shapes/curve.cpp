@@ -449,7 +449,7 @@ Points BezierOfSegment(const Point3f *p, CurveBasis basis, int degree) {
 
 //> Append all segments of a curve
 bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degree, float width0,
-                 float width1, uint32_t group, std::vector<CurveSegment> *segments, std::string *error) {
+                 float width1, uint32_t group, CurveList *segments, std::string *error) {
     const size_t n = CurveSegmentCount(count, basis, degree, error);
     if (n == 0)
         return false;
@@ -459,16 +459,20 @@ bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degr
         return false;
     }
     width0 = std::max(width0, 0.f), width1 = std::max(width1, 0.f);
+    Point3f end;
     for (size_t i = 0; i < n; ++i) {
         const size_t first = basis == CurveBasis::Bezier ? i * static_cast<size_t>(degree) : i;
         const Points cp = BezierOfSegment(points + first, basis, degree);
-        // Neighbours meet in the same point to the last bit: CurveSet recognises a strand by that.
-        const Point3f start = i > 0 ? segments->back().cp[3] : Point3f(cp[0]);
+        // Neighbours meet in the same point to the last bit: CurveList recognises a strand by that.
+        const Point3f start = i > 0 ? end : Point3f(cp[0]);
+        end = Point3f(cp[3]);
         const auto width = [&](size_t k) {
             return Lerp(static_cast<float>(k) / static_cast<float>(n), width0, width1);
         };
-        segments->push_back(
-            {{start, Point3f(cp[1]), Point3f(cp[2]), Point3f(cp[3])}, {width(i), width(i + 1)}, group});
+        segments->push_back({{start, Point3f(cp[1]), Point3f(cp[2]), end},
+                             {width(i), width(i + 1)},
+                             group,
+                             StrandPart::Of(i, n)});
     }
     return true;
 }
@@ -477,8 +481,8 @@ bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degr
 //> Append a ribbon with its normals
 bool AppendRibbon(const Point3f *points, size_t count, CurveBasis basis, int degree, float width0,
                   float width1, const Normal3f *normals, size_t normalCount, uint32_t group,
-                  std::vector<CurveSegment> *segments,
-                  std::unordered_map<uint32_t, RibbonNormals> *ribbonNormals, std::string *error) {
+                  CurveList *segments, std::unordered_map<uint32_t, RibbonNormals> *ribbonNormals,
+                  std::string *error) {
     const size_t n = CurveSegmentCount(count, basis, degree, error);
     if (n == 0)
         return false;

@@ -1,7 +1,7 @@
 //> Declare one curve segment
 #pragma once
 
-#include "shapes/curve_types.h"
+#include "shapes/curve_list.h"
 
 #include <cstddef>
 #include <string>
@@ -97,19 +97,18 @@ enum class CurveBasis { Bezier, BSpline };
 size_t CurveSegmentCount(size_t count, CurveBasis basis, int degree, std::string *error = nullptr);
 
 // Appends the cubic Bezier segments of one `Shape "curve"`, as pbrt-v3 cuts it: widths run linearly from
-// width0 to width1 over all segments, u restarts in each. points: in the space of the result. A negative
-// width is taken as 0; a width that is not finite is refused, as is a wrong number of points: then nothing is
-// appended, *error (may be null) says why, and false is returned.
+// width0 to width1 over all segments, u restarts in each; together they are a strand. points: in the space of
+// the result. A negative width is taken as 0; a width that is not finite is refused, as is a wrong number of
+// points: then nothing is appended, *error (may be null) says why, and false is returned.
 bool AppendCurve(const Point3f *points, size_t count, CurveBasis basis, int degree, float width0,
-                 float width1, uint32_t group, std::vector<CurveSegment> *segments,
-                 std::string *error = nullptr);
+                 float width1, uint32_t group, CurveList *segments, std::string *error = nullptr);
 
 // Appends a ribbon in the same way. It needs a normal at each joint, ends included: CurveSegmentCount + 1 in
 // all, of any length but zero.
 bool AppendRibbon(const Point3f *points, size_t count, CurveBasis basis, int degree, float width0,
                   float width1, const Normal3f *normals, size_t normalCount, uint32_t group,
-                  std::vector<CurveSegment> *segments,
-                  std::unordered_map<uint32_t, RibbonNormals> *ribbonNormals, std::string *error = nullptr);
+                  CurveList *segments, std::unordered_map<uint32_t, RibbonNormals> *ribbonNormals,
+                  std::string *error = nullptr);
 //<
 
 } // namespace cuticle

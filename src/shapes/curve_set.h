@@ -1,7 +1,7 @@
 //> Declare many curves at once
 #pragma once
 
-#include "shapes/curve_types.h"
+#include "shapes/curve_list.h"
 
 #include <memory>
 #include <string>
@@ -15,8 +15,7 @@ struct CurveSetOptions {
     // The instruction set of the kernels, "sse2", "avx2" or "avx512", as ChooseIsa (core/isa.h) takes it:
     // empty means the program's own choice. An unknown name, or one that the processor lacks, throws Error.
     std::string isa;
-    // The set holds each segment as 2^split pieces, 0 to 4; negative: 3 up to half a million segments, then
-    // 2.
+    // The set holds each segment as 2^split pieces, 0 to 4; negative: the best that was measured, 1.
     int split = -1;
     // A ray that starts on a hair ignores that hair up to this many of its radii, measured across the hair.
     float selfReach = 1.5f;
@@ -41,7 +40,7 @@ class CurveSet {
     // of those segments that are ribbons, by index into segments. Segments with values that are not finite,
     // or without any width, stay in the list but are never hit: DroppedSegments() counts them. Built with all
     // threads of the current task arena.
-    CurveSet(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
+    CurveSet(CurveList segments, std::vector<CurveType> groupTypes,
              const std::unordered_map<uint32_t, RibbonNormals> &ribbons = {},
              const CurveSetOptions &options = {});
     ~CurveSet();
@@ -65,7 +64,7 @@ class CurveSet {
     size_t SegmentCount() const;
     size_t DroppedSegments() const;
     size_t MemoryBytes() const; // segments and accelerator
-    const CurveSegment &Segment(uint32_t i) const;
+    CurveSegment Segment(uint32_t i) const;
     CurveType Type(uint32_t i) const;
     const RibbonNormals *Ribbon(uint32_t i) const; // null where it has none
     const char *Isa() const;                       // "sse2", "avx2" or "avx512"
@@ -83,7 +82,7 @@ class CurveSet {
 // interface is CurveSet's.
 class BinaryCurveBvh {
   public:
-    BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
+    BinaryCurveBvh(const CurveList &segments, std::vector<CurveType> groupTypes,
                    std::unordered_map<uint32_t, RibbonNormals> ribbons = {}, int splitDepth = 3,
                    int maxDepth = 10);
     ~BinaryCurveBvh();

@@ -124,11 +124,13 @@ void BinaryCurveBvh::Data::Build(std::vector<Item> *items, size_t first, size_t 
 //<
 
 //> Cut every segment in parts and build over them
-BinaryCurveBvh::BinaryCurveBvh(std::vector<CurveSegment> segments, std::vector<CurveType> groupTypes,
+BinaryCurveBvh::BinaryCurveBvh(const CurveList &segments, std::vector<CurveType> groupTypes,
                                std::unordered_map<uint32_t, RibbonNormals> ribbons, int splitDepth,
                                int maxDepth)
     : data_(std::make_unique<Data>()) {
-    data_->segments = std::move(segments);
+    data_->segments.reserve(segments.size());
+    for (const CurveSegment &segment : segments)
+        data_->segments.push_back(segment);
     data_->groupTypes = std::move(groupTypes);
     data_->ribbons = std::move(ribbons);
     data_->maxDepth = std::clamp(maxDepth, 0, 20);

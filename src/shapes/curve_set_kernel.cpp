@@ -84,7 +84,7 @@ CUTICLE_INLINE bool IntersectLeaf(const CurveTree &tree, TraversalRay *r, uint32
         answer->t = static_cast<float>(best.t / r->length);
         answer->u = static_cast<float>(best.u);
         answer->v = static_cast<float>(best.v < 0 ? 0 : best.v > 1 ? 1 : best.v);
-        answer->segment = piece >> tree.split;
+        answer->segment = SegmentAt(tree, piece >> tree.split);
         //<
     }
     return hit;
@@ -212,8 +212,18 @@ CUTICLE_INLINE bool TraverseAny(const CurveTree &tree, const CurveQuery &query) 
             if (IntersectLeaf<true>(tree, &r, at, nullptr))
                 return true;
         } else {
-            float enter[kWidth];
-            n += Append(tree.nodes[at].child, IntersectBoxes(tree.nodes[at], r, enter), waiting + n);
+            const CurveNode &node = tree.nodes[at];
+            alignas(64) float enter[kWidth];
+            const uint32_t bits = IntersectBoxes(node, r, enter);
+            if (bits == 0)
+                continue;
+            int nearest = __builtin_ctz(bits);
+            for (uint32_t rest = bits & (bits - 1); rest != 0; rest &= rest - 1) {
+                const int i = __builtin_ctz(rest);
+                nearest = enter[i] < enter[nearest] ? i : nearest;
+            }
+            n += Append(node.child, bits & ~(1u << nearest), waiting + n);
+            waiting[n++] = node.child[nearest];
         }
     }
     return false;

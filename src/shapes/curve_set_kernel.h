@@ -33,7 +33,8 @@ struct alignas(64) CurveNode {
 // A leaf with n pieces: its frame, n piece numbers of 32 bits, and in numbers of 16 bits n pairs with x and y
 // of where a capsule's axis begins, n pairs with z of that and z of its extent, n pairs with x and y of the
 // extent, and n radii; no gap between them. Points are counted from the origin, all in steps. Loads of full
-// registers run over the end of an array; the pool ends in kLeafPadding bytes for that.
+// registers run over the end of an array; the pool ends in kLeafPadding bytes for that. A piece's number is
+// its segment's first point times 2^split, plus its place in the segment.
 struct LeafFrame {
     float origin[3];
     float units; // in a length of 1; a step is kAxisUnits of them
@@ -44,26 +45,40 @@ inline constexpr size_t kLeafPadding = 64;
 inline constexpr size_t LeafBytes(uint32_t n) { return sizeof(LeafFrame) + n * (4 + 3 * 4 + 2); }
 //<
 
+//> Lay out the segments
+// A strand of n segments, each of which begins where the one before it ends, is 3 n + 1 points. Besides its
+// place a point holds a word. Those of a segment's four points are its width at u = 0, the number s of its
+// strand, its StrandPart, and its width at u = 1. The segment with the number i begins at point 3 i + s.
+struct CurvePoint {
+    float p[3];
+    uint32_t word;
+};
+// Says which of 64 segments begin a strand, the lowest bit the first, and how many strands begin before them.
+struct StrandStarts {
+    uint64_t bits;
+    uint32_t before;
+};
+//<
+
 //> List what a kernel is given
 struct CurveTree {
     const CurveNode *nodes = nullptr; // [0] is the root
     const unsigned char *leaves = nullptr;
-    const float *segments = nullptr; // 12 coordinates, 2 widths, group
+    const CurvePoint *points = nullptr;
+    const StrandStarts *starts = nullptr;
     // For each segment the index of its normals, or kNoRibbon; null: no ribbons at all.
     const uint32_t *ribbonOf = nullptr;
     const float *ribbonNormals = nullptr; // 6 numbers each
     // For each piece of a segment the matrix that takes the segment's control points to those of the piece,
     // slightly lengthened; 16 numbers, column by column.
     const double *pieceMatrix = nullptr;
-    uint32_t segmentCount = 0;
     int split = 0;                        // pieces of a segment: 2^split
     float bounds[6] = {0, 0, 0, 0, 0, 0}; // of everything, as a node's
     float slack = 0;                      // error of a distance in single precision, anywhere near the bounds
     float selfReach = 0;
 };
 inline constexpr uint32_t kNoRibbon = 0xffffffffu;
-inline constexpr uint32_t kNoSegment = 0xffffffffu;
-inline constexpr size_t kSegmentWords = 16; // from one segment to the next: 15 are used
+inline constexpr uint32_t kNoPoint = 0xffffffffu;
 // How much longer than its share of [0, 1] a piece is at both ends, so that rounding loses no hit at a joint.
 inline constexpr double kPieceSlack = 2e-6;
 
@@ -71,7 +86,7 @@ inline constexpr double kPieceSlack = 2e-6;
 struct CurveQuery {
     float o[3], d[3];
     float tMin, tMax;
-    uint32_t originSegment = kNoSegment;
+    uint32_t originPoint = kNoPoint; // the first point of the segment that it starts on
     float originU = 0;
 };
 struct CurveAnswer {

@@ -8,11 +8,11 @@ namespace {
 
 //> Recognise the strand that the ray left
 // Returns the length of a segment's control polygon, which is no less than the length of the curve.
-CUTICLE_INLINE double PolygonLength(const float *s) {
+CUTICLE_INLINE double PolygonLength(const CurvePoint *s) {
     double sum = 0;
-    for (int i = 0; i < 9; i += 3) {
-        const double d[3] = {double(s[i + 3]) - s[i], double(s[i + 4]) - s[i + 1],
-                             double(s[i + 5]) - s[i + 2]};
+    for (int i = 0; i < 3; ++i) {
+        const double d[3] = {double(s[i + 1].p[0]) - s[i].p[0], double(s[i + 1].p[1]) - s[i].p[1],
+                             double(s[i + 1].p[2]) - s[i].p[2]};
         sum += __builtin_sqrt(Dot(d, d));
     }
     return sum;
@@ -20,28 +20,32 @@ CUTICLE_INLINE double PolygonLength(const float *s) {
 
 // Returns whether a hit is on the strand that the ray left, no farther along it than the ray itself has gone.
 // It is asked only of hits nearer than selfDistance. Goes along the strand from the segment that the ray left
-// to the one it hit, as long as end meets beginning, and adds up the way.
-[[gnu::noinline]] bool IsOwnStrand(const CurveTree &tree, const TraversalRay &r, uint32_t segment, double u,
+// to the one it hit, as long as end meets beginning, and adds up the way. A change of width or group ends
+// what is stored as a strand; so where the next segment has points of its own, they are compared.
+[[gnu::noinline]] bool IsOwnStrand(const CurveTree &tree, const TraversalRay &r, uint32_t point, double u,
                                    double t) {
     const double farthest = 2 * (t > 0 ? t : 0) + 4 * r.originRadius;
-    const bool forward = segment > r.originSegment;
-    uint32_t at = r.originSegment;
-    double way = -(forward ? r.originU : 1 - r.originU) * PolygonLength(tree.segments + kSegmentWords * at);
-    if (segment == at)
-        return __builtin_fabs(u - r.originU) * PolygonLength(tree.segments + kSegmentWords * at) <= farthest;
-    while (at != segment) {
-        const float *s = tree.segments + kSegmentWords * at;
+    const bool forward = point > r.originPoint;
+    uint32_t at = r.originPoint;
+    double way = -(forward ? r.originU : 1 - r.originU) * PolygonLength(tree.points + at);
+    if (point == at)
+        return __builtin_fabs(u - r.originU) * PolygonLength(tree.points + at) <= farthest;
+    uint32_t segment = SegmentAt(tree, at);
+    while (at != point) {
+        const CurvePoint *s = tree.points + at;
         way += PolygonLength(s);
         if (way > farthest)
             return false;
-        const uint32_t next = forward ? at + 1 : at - 1;
-        const float *n = tree.segments + kSegmentWords * next;
+        const uint32_t second = forward ? segment + 1 : segment; // of two neighbours
+        const bool isApart = tree.starts[second / 64].bits >> (second % 64) & 1;
+        const CurvePoint *const n = forward ? s + 3 + isApart : s - 3 - isApart;
         for (int c = 0; c < 3; ++c)
-            if (!(forward ? s[9 + c] == n[c] : s[c] == n[9 + c]))
+            if (!(forward ? s[3].p[c] == n[0].p[c] : s[0].p[c] == n[3].p[c]))
                 return false;
-        at = next;
+        at = static_cast<uint32_t>(n - tree.points);
+        segment = forward ? segment + 1 : segment - 1;
     }
-    way += (forward ? u : 1 - u) * PolygonLength(tree.segments + kSegmentWords * at);
+    way += (forward ? u : 1 - u) * PolygonLength(tree.points + at);
     return way <= farthest;
 }
 //<
@@ -53,8 +57,8 @@ struct ProjectedPiece {
     Double4 a, b, z;
     double a1, a2, a3, b1, b2, b3;
     double u0, du; // u = u0 + s du
-    const float *segment;
-    uint32_t index;
+    const CurvePoint *segment;
+    uint32_t point; // the segment's first
 };
 
 // The nearest hit so far on this piece.
@@ -74,10 +78,11 @@ CUTICLE_INLINE void AcceptRoot(const CurveTree &tree, const TraversalRay &r, con
     const double b = p.b[0] + s * (p.b1 + s * (p.b2 + s * p.b3));
     const double u = p.u0 + s * p.du;
     const double uc = u < 0 ? 0 : u > 1 ? 1 : u;
-    double width = (1 - uc) * p.segment[12] + uc * p.segment[13];
+    double width = (1 - uc) * WidthAt(p.segment[0]) + uc * WidthAt(p.segment[3]);
     //> Narrow a ribbon by its angle to the ray
-    if (tree.ribbonOf && tree.ribbonOf[p.index] != kNoRibbon) {
-        const float *n = tree.ribbonNormals + 6 * size_t(tree.ribbonOf[p.index]);
+    const uint32_t ribbon = tree.ribbonOf ? tree.ribbonOf[SegmentAt(tree, p.point)] : kNoRibbon;
+    if (ribbon != kNoRibbon) {
+        const float *n = tree.ribbonNormals + 6 * size_t(ribbon);
         const double n0[3] = {n[0], n[1], n[2]}, n1[3] = {n[3], n[4], n[5]};
         double cosine = Dot(n0, n1);
         cosine = cosine > 1 ? 1 : cosine < -1 ? -1 : cosine;
@@ -106,7 +111,7 @@ CUTICLE_INLINE void AcceptRoot(const CurveTree &tree, const TraversalRay &r, con
     const double z = q * q * (q * p.z[0] + 3 * s * p.z[1]) + s * s * (3 * q * p.z[2] + s * p.z[3]);
     if (!(z > r.nearest && z < r.farthest && z < best->t))
         return;
-    if (z <= r.selfDistance && r.originSegment != kNoSegment && IsOwnStrand(tree, r, p.index, uc, z))
+    if (z <= r.selfDistance && r.originPoint != kNoPoint && IsOwnStrand(tree, r, p.point, uc, z))
         return;
     const double side = __builtin_copysign(__builtin_sqrt(distance2), a * db - b * da);
     best->t = z;
@@ -193,7 +198,8 @@ CUTICLE_INLINE int SignChanges(const double *f) {
         speed = d2 > speed ? d2 : speed;
     }
     speed = 3 * __builtin_sqrt(speed);
-    const double radius = 0.5 * (p.segment[12] > p.segment[13] ? p.segment[12] : p.segment[13]);
+    const double width0 = WidthAt(p.segment[0]), width1 = WidthAt(p.segment[3]);
+    const double radius = 0.5 * (width0 > width1 ? width0 : width1);
     //<
 
     while (top > 0) {
@@ -247,8 +253,8 @@ CUTICLE_INLINE int SignChanges(const double *f) {
 CUTICLE_INLINE void IntersectPiece(const CurveTree &tree, const TraversalRay &r, uint32_t piece,
                                    PieceHit *best) {
     ProjectedPiece p;
-    p.index = piece >> tree.split;
-    const float *s = tree.segments + kSegmentWords * size_t(p.index);
+    p.point = piece >> tree.split;
+    const CurvePoint *s = tree.points + p.point;
     p.segment = s;
     const uint32_t part = piece & ((1u << tree.split) - 1);
     const double share = 1.0 / (1 << tree.split);
@@ -256,9 +262,9 @@ CUTICLE_INLINE void IntersectPiece(const CurveTree &tree, const TraversalRay &r,
     p.du = share + 2 * kPieceSlack;
 
     //> Move the segment into the ray's frame
-    const Double4 cx = Double4{s[0], s[3], s[6], s[9]} - r.o[0];
-    const Double4 cy = Double4{s[1], s[4], s[7], s[10]} - r.o[1];
-    const Double4 cz = Double4{s[2], s[5], s[8], s[11]} - r.o[2];
+    const Double4 cx = Double4{s[0].p[0], s[1].p[0], s[2].p[0], s[3].p[0]} - r.o[0];
+    const Double4 cy = Double4{s[0].p[1], s[1].p[1], s[2].p[1], s[3].p[1]} - r.o[1];
+    const Double4 cz = Double4{s[0].p[2], s[1].p[2], s[2].p[2], s[3].p[2]} - r.o[2];
     const Double4 a = cx * r.x[0] + cy * r.x[1] + cz * r.x[2];
     const Double4 b = cx * r.y[0] + cy * r.y[1] + cz * r.y[2];
     const Double4 z = cx * r.z[0] + cy * r.z[1] + cz * r.z[2];

@@ -28,8 +28,8 @@ struct TraversalRay {
     // the third.
     int32_t pairs[3][3];
     float nearestf, farthestf;
-    // The curve that it starts on, or kNoSegment.
-    uint32_t originSegment;
+    // The first point of the segment that it starts on, or kNoPoint.
+    uint32_t originPoint;
     double originU, selfDistance, originRadius;
 };
 
@@ -40,6 +40,19 @@ CUTICLE_INLINE float RoundDown(double x) { return static_cast<float>(x - 4e-7 * 
 CUTICLE_INLINE float RoundUp(double x) { return static_cast<float>(x + 4e-7 * __builtin_fabs(x)); }
 //<
 
+//> Read the words of a segment
+// Returns the width at a segment's first or last point.
+CUTICLE_INLINE float WidthAt(const CurvePoint &end) {
+    float width;
+    __builtin_memcpy(&width, &end.word, sizeof width);
+    return width;
+}
+// Returns the number of the segment that begins at a point.
+CUTICLE_INLINE uint32_t SegmentAt(const CurveTree &tree, uint32_t point) {
+    return (point - tree.points[point + 1].word) / 3;
+}
+//<
+
 //> Find how far a ray must go to be clear of the hair it leaves
 // Returns a distance in world units. The ray starts on a ribbon through the hair's axis, at most a radius r
 // from it, and has left the hair, seen as a tube, after r / sin(theta), theta between ray and hair. The
@@ -47,17 +60,17 @@ CUTICLE_INLINE float RoundUp(double x) { return static_cast<float>(x + 4e-7 * __
 // is the false hit to be ignored.
 CUTICLE_INLINE double SelfDistance(const CurveTree &tree, const CurveQuery &query, const double *z,
                                    double *radius) {
-    const float *s = tree.segments + kSegmentWords * query.originSegment;
+    const CurvePoint *s = tree.points + query.originPoint;
     const double u = query.originU;
     double tangent[3];
     for (int c = 0; c < 3; ++c) {
-        const double d0 = double(s[3 + c]) - s[c], d1 = double(s[6 + c]) - s[3 + c],
-                     d2 = double(s[9 + c]) - s[6 + c];
+        const double d0 = double(s[1].p[c]) - s[0].p[c], d1 = double(s[2].p[c]) - s[1].p[c],
+                     d2 = double(s[3].p[c]) - s[2].p[c];
         tangent[c] = (1 - u) * ((1 - u) * d0 + 2 * u * d1) + u * u * d2;
     }
     const double length2 = Dot(tangent, tangent), along = Dot(tangent, z);
     const double sin2 = length2 > 0 ? 1 - along * along / length2 : 1;
-    *radius = 0.5 * ((1 - u) * s[12] + u * s[13]);
+    *radius = 0.5 * ((1 - u) * WidthAt(s[0]) + u * WidthAt(s[3]));
     return tree.selfReach * *radius / __builtin_sqrt(sin2 > 1e-8 ? sin2 : 1e-8);
 }
 //<
@@ -124,13 +137,11 @@ CUTICLE_INLINE bool PrepareRay(const CurveTree &tree, const CurveQuery &q, Trave
     }
     //<
 
-    r->originSegment = q.originSegment;
+    r->originPoint = q.originPoint;
     r->originU = q.originU;
     r->selfDistance = r->originRadius = 0;
-    if (q.originSegment < tree.segmentCount)
+    if (q.originPoint != kNoPoint)
         r->selfDistance = SelfDistance(tree, q, r->z, &r->originRadius);
-    else
-        r->originSegment = kNoSegment;
     return true;
 }
 //<

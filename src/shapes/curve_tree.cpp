@@ -35,7 +35,7 @@ struct CollapsePlan {
 
 //> Declare the builder of the tree
 constexpr int kBins = 64;
-constexpr uint32_t kParallelPieces = 1 << 14;    // from so many pieces on, children are built side by side
+constexpr uint32_t kParallelPieces = 1 << 14;    // with fewer, segments are cut and the bottom is built
 constexpr uint32_t kParallelBinPieces = 1 << 17; // from so many on, pieces are counted into bins in parallel
 constexpr uint32_t kMaxAllAxes = 1 << 10;        // larger ranges are cut across their longest axis only
 constexpr uint32_t kMaxUnsplit = 8;              // ranges of so few pieces are not split any more
@@ -44,35 +44,44 @@ constexpr int kMedianDepth = 36; // below this depth ranges are halved by number
 // 6 above.
 static_assert(2 * kMedianDepth + 6 + 14 < kMaxDepth);
 
-// Puts references in order and makes nodes over them.
-class CurveTreeBuilder {
+// Puts references in order: splits a range of them in two.
+class RangeSplitter {
   public:
-    explicit CurveTreeBuilder(std::vector<PieceReference> *references) : refs_(references->data()) {}
-    std::vector<CurveNode> Build(uint32_t count);
+    explicit RangeSplitter(std::vector<PieceReference> *references) : refs_(references->data()) {}
+    PieceBox BoxOf(uint32_t first, uint32_t count) const;
+    // Splits a range of two references or more in two that are not empty. Ranges of one centre, and all where
+    // byNumber is set, are halved by number.
+    void Split(const PieceRange &range, bool byNumber, PieceRange *left, PieceRange *right);
 
   private:
-    PieceBox BoxOf(uint32_t first, uint32_t count) const;
     PieceBox CenterBox(uint32_t first, uint32_t count) const;
-    void Split(const PieceRange &range, bool byNumber, PieceRange *left, PieceRange *right);
     bool SplitByPlace(const PieceRange &range, PieceRange *left, PieceRange *right);
-    static size_t AddNode(const std::vector<PieceRange> &children, std::vector<CurveNode> *nodes);
-    uint32_t BuildNode(const PieceRange &range, int depth, std::vector<CurveNode> *nodes);
-    void BuildBinary(const PieceRange &range, int depth, std::vector<BinaryPart> *tree);
-    uint32_t BuildBelow(const PieceRange &range, std::vector<CurveNode> *nodes);
-    static uint32_t WritePlanned(const std::vector<BinaryPart> &tree, const std::vector<CollapsePlan> &plans,
-                                 uint32_t i, std::vector<CurveNode> *nodes);
 
     PieceReference *refs_;
 };
 
-std::vector<CurveNode> CurveTreeBuilder::Build(uint32_t count) {
-    const PieceRange all{0, count, BoxOf(0, count)};
-    std::vector<CurveNode> nodes;
-    const uint32_t root = BuildNode(all, 0, &nodes);
-    if (root & kLeafBit) // the traversal begins at a node
-        nodes[AddNode({all}, &nodes)].child[0] = root;
-    return nodes;
-}
+// Makes nodes over segments, and over their pieces at the bottom.
+class CurveTreeBuilder {
+  public:
+    CurveTreeBuilder(std::vector<PieceReference> *segments, uint32_t piecesEach, const CutSegment &cut)
+        : segments_(*segments), piecesEach_(piecesEach), cut_(cut), splitter_(segments) {}
+    BuiltCurveTree Build();
+
+  private:
+    // What a node may have as a child, and a box round it.
+    struct BuiltChild {
+        uint32_t child = 0;
+        PieceBox box;
+    };
+    BuiltChild BuildNode(const PieceRange &segments, int depth, std::vector<CurveNode> *nodes);
+    BuiltChild BuildBelow(const PieceRange &segments, std::vector<CurveNode> *nodes);
+
+    const std::vector<PieceReference> &segments_;
+    const uint32_t piecesEach_;
+    const CutSegment &cut_;
+    RangeSplitter splitter_;
+    BuiltCurveTree built_;
+};
 //<
 
 //> Estimate what a leaf costs
@@ -102,7 +111,7 @@ void ReducePieces(uint32_t first, uint32_t count, uint32_t parallelFrom, Result 
         },
         [](Result *total, const Result &part) { total->Extend(part); });
 }
-PieceBox CurveTreeBuilder::BoxOf(uint32_t first, uint32_t count) const {
+PieceBox RangeSplitter::BoxOf(uint32_t first, uint32_t count) const {
     PieceBox all;
     ReducePieces(first, count, kParallelBinPieces, &all, [&](size_t begin, size_t end, PieceBox *box) {
         for (size_t i = begin; i < end; ++i)
@@ -110,7 +119,7 @@ PieceBox CurveTreeBuilder::BoxOf(uint32_t first, uint32_t count) const {
     });
     return all;
 }
-PieceBox CurveTreeBuilder::CenterBox(uint32_t first, uint32_t count) const {
+PieceBox RangeSplitter::CenterBox(uint32_t first, uint32_t count) const {
     PieceBox all;
     ReducePieces(first, count, kParallelBinPieces, &all, [&](size_t begin, size_t end, PieceBox *box) {
         for (size_t i = begin; i < end; ++i)
@@ -199,7 +208,7 @@ SplitPlane FindCheapestCut(const BinGrid &grid, const SplitBins &bins) {
 //> Split a range where it is cheapest
 // Splits by the surface-area heuristic over bins of the pieces' centres, along each axis. False where no cut
 // is possible.
-bool CurveTreeBuilder::SplitByPlace(const PieceRange &range, PieceRange *left, PieceRange *right) {
+bool RangeSplitter::SplitByPlace(const PieceRange &range, PieceRange *left, PieceRange *right) {
     const uint32_t n = range.count, first = range.first;
     const BinGrid grid(CenterBox(first, n), n);
     if (!(std::max({grid.extent[0], grid.extent[1], grid.extent[2]}) > 0))
@@ -232,9 +241,7 @@ bool CurveTreeBuilder::SplitByPlace(const PieceRange &range, PieceRange *left, P
         (i <= best.bin ? left : right)->box.Extend(bins.box[best.axis][i]);
     return true;
 }
-// Splits a range of two pieces or more in two that are not empty. Ranges of one centre, and all where
-// byNumber is set, are halved by number.
-void CurveTreeBuilder::Split(const PieceRange &range, bool byNumber, PieceRange *left, PieceRange *right) {
+void RangeSplitter::Split(const PieceRange &range, bool byNumber, PieceRange *left, PieceRange *right) {
     if (!byNumber && SplitByPlace(range, left, right))
         return;
     const uint32_t first = range.first, inLeft = range.count / 2, inRight = range.count - inLeft;
@@ -244,52 +251,59 @@ void CurveTreeBuilder::Split(const PieceRange &range, bool byNumber, PieceRange 
 //<
 
 //> Write a node
-// Adds a node with the children's boxes; the children themselves are filled in later. Returns its index.
-size_t CurveTreeBuilder::AddNode(const std::vector<PieceRange> &children, std::vector<CurveNode> *nodes) {
+// Adds a node without children. Returns its index.
+size_t AddNode(std::vector<CurveNode> *nodes) {
     CurveNode node{};
     for (size_t i = 0; i < kWidth; ++i)
-        for (int c = 0; c < 3; ++c) {
-            node.bounds[c][i] = i < children.size() ? children[i].box.lo[c] : Infinity;
-            node.bounds[3 + c][i] = i < children.size() ? children[i].box.hi[c] : -Infinity;
-        }
+        for (int c = 0; c < 3; ++c)
+            node.bounds[c][i] = Infinity, node.bounds[3 + c][i] = -Infinity;
     nodes->push_back(node);
     return nodes->size() - 1;
+}
+void SetChild(size_t i, uint32_t child, const PieceBox &box, CurveNode *node) {
+    node->child[i] = child;
+    for (int c = 0; c < 3; ++c)
+        node->bounds[c][i] = box.lo[c], node->bounds[3 + c][i] = box.hi[c];
 }
 //<
 
 //> Build the top of the tree
-// Returns what a node may have as a child, a node's index being one into *nodes. Splits the largest part
-// until there are eight, as long as there are many pieces.
-uint32_t CurveTreeBuilder::BuildNode(const PieceRange &range, int depth, std::vector<CurveNode> *nodes) {
-    if (range.count < kParallelPieces)
-        return BuildBelow(range, nodes);
-    std::vector<PieceRange> child{range};
+// A node's index is one into *nodes. Splits the largest part until there are eight, as long as there are many
+// pieces.
+CurveTreeBuilder::BuiltChild CurveTreeBuilder::BuildNode(const PieceRange &segments, int depth,
+                                                         std::vector<CurveNode> *nodes) {
+    if (size_t(segments.count) * piecesEach_ < kParallelPieces)
+        return BuildBelow(segments, nodes);
+    std::vector<PieceRange> child{segments};
     while (child.size() < kWidth) {
         const auto largest =
             std::max_element(child.begin(), child.end(), [](const PieceRange &a, const PieceRange &b) {
                 return (a.count > 1 ? a.box.Area() : -1) < (b.count > 1 ? b.box.Area() : -1);
             });
         PieceRange left, right;
-        Split(*largest, depth > kMedianDepth, &left, &right);
+        splitter_.Split(*largest, depth > kMedianDepth, &left, &right);
         *largest = left;
         child.push_back(right);
     }
 
     //> Build below it
-    const size_t self = AddNode(child, nodes);
+    const size_t self = AddNode(nodes);
     std::array<std::vector<CurveNode>, kWidth> below;
-    std::array<uint32_t, kWidth> built{};
+    std::array<BuiltChild, kWidth> built;
     ParallelFor(child.size(), [&](size_t i) { built[i] = BuildNode(child[i], depth + 1, &below[i]); });
+    PieceBox box;
     for (size_t i = 0; i < child.size(); ++i) {
         const auto base = static_cast<uint32_t>(nodes->size());
-        (*nodes)[self].child[i] = built[i] & kLeafBit ? built[i] : built[i] + base;
+        const uint32_t moved = built[i].child & kLeafBit ? built[i].child : built[i].child + base;
+        SetChild(i, moved, built[i].box, &(*nodes)[self]);
+        box.Extend(built[i].box);
         for (CurveNode &node : below[i])
             for (uint32_t &c : node.child)
                 c += c != 0 && !(c & kLeafBit) ? base : 0;
         nodes->insert(nodes->end(), below[i].begin(), below[i].end());
-        below[i] = {};
+        std::vector<CurveNode>().swap(below[i]); // `= {}` would keep its memory
     }
-    return static_cast<uint32_t>(self);
+    return {static_cast<uint32_t>(self), box};
     //<
 }
 //<
@@ -336,60 +350,78 @@ void ChooseChildren(const std::vector<BinaryPart> &tree, const std::vector<Colla
     ChooseChildren(tree, plans, tree[i].left, toLeft, chosen);
     ChooseChildren(tree, plans, tree[i].right, k - toLeft, chosen);
 }
-// Returns what a node may have as a child.
-uint32_t CurveTreeBuilder::WritePlanned(const std::vector<BinaryPart> &tree,
-                                        const std::vector<CollapsePlan> &plans, uint32_t i,
-                                        std::vector<CurveNode> *nodes) {
+// Returns what a node may have as a child. firstPlace: that of the tree's first piece.
+uint32_t WritePlanned(const std::vector<BinaryPart> &tree, const std::vector<CollapsePlan> &plans, uint32_t i,
+                      uint32_t firstPlace, std::vector<CurveNode> *nodes) {
     const BinaryPart &part = tree[i];
     if (plans[i].isLeaf)
-        return kLeafBit | (part.range.count - 1) << kLeafCountShift | part.range.first;
+        return kLeafBit | (part.range.count - 1) << kLeafCountShift | (firstPlace + part.range.first);
     size_t toLeft = 1;
     SplitBudget(plans[part.left], plans[part.right], kWidth, &toLeft);
     std::vector<uint32_t> chosen;
     ChooseChildren(tree, plans, part.left, toLeft, &chosen);
     ChooseChildren(tree, plans, part.right, kWidth - toLeft, &chosen);
-    std::vector<PieceRange> ranges;
-    ranges.reserve(chosen.size());
-    for (const uint32_t c : chosen)
-        ranges.push_back(tree[c].range);
-    const size_t self = AddNode(ranges, nodes);
+    const size_t self = AddNode(nodes);
     for (size_t k = 0; k < chosen.size(); ++k) {
-        const uint32_t child = WritePlanned(tree, plans, chosen[k], nodes);
-        (*nodes)[self].child[k] = child;
+        const uint32_t child = WritePlanned(tree, plans, chosen[k], firstPlace, nodes);
+        SetChild(k, child, tree[chosen[k]].range.box, &(*nodes)[self]);
     }
     return static_cast<uint32_t>(self);
 }
 //<
 
 //> Build the bottom of the tree
-void CurveTreeBuilder::BuildBinary(const PieceRange &range, int depth, std::vector<BinaryPart> *tree) {
+void BuildBinary(const PieceRange &range, int depth, RangeSplitter *splitter, std::vector<BinaryPart> *tree) {
     const size_t self = tree->size();
     tree->push_back({range});
     if (range.count <= kMaxUnsplit)
         return;
     PieceRange left, right;
-    Split(range, depth > kMedianDepth, &left, &right);
+    splitter->Split(range, depth > kMedianDepth, &left, &right);
     (*tree)[self].left = static_cast<uint32_t>(tree->size());
-    BuildBinary(left, depth + 1, tree);
+    BuildBinary(left, depth + 1, splitter, tree);
     (*tree)[self].right = static_cast<uint32_t>(tree->size());
-    BuildBinary(right, depth + 1, tree);
+    BuildBinary(right, depth + 1, splitter, tree);
 }
-uint32_t CurveTreeBuilder::BuildBelow(const PieceRange &range, std::vector<CurveNode> *nodes) {
+CurveTreeBuilder::BuiltChild CurveTreeBuilder::BuildBelow(const PieceRange &segments,
+                                                          std::vector<CurveNode> *nodes) {
+    std::vector<PieceReference> pieces(size_t(segments.count) * piecesEach_);
+    for (uint32_t i = 0; i < segments.count; ++i)
+        cut_(segments_[segments.first + i], &pieces[size_t(i) * piecesEach_]);
+    RangeSplitter splitter(&pieces);
+    const auto count = static_cast<uint32_t>(pieces.size());
+    const PieceRange all{0, count, splitter.BoxOf(0, count)};
     std::vector<BinaryPart> tree;
-    BuildBinary(range, 0, &tree);
+    BuildBinary(all, 0, &splitter, &tree);
     std::vector<CollapsePlan> plans(tree.size());
     for (size_t i = tree.size(); i-- > 0;) // parts lie behind the whole
         plans[i] = tree[i].left ? MakePlan(tree[i].range, &plans[tree[i].left], &plans[tree[i].right])
                                 : MakePlan(tree[i].range, nullptr, nullptr);
-    return WritePlanned(tree, plans, 0, nodes);
+    const uint32_t firstPlace = segments.first * piecesEach_;
+    for (uint32_t i = 0; i < count; ++i)
+        built_.pieces[firstPlace + i] = pieces[i].Number();
+    return {WritePlanned(tree, plans, 0, firstPlace, nodes), all.box};
+}
+//<
+
+//> Declare the builder of the tree
+BuiltCurveTree CurveTreeBuilder::Build() {
+    const auto count = static_cast<uint32_t>(segments_.size());
+    built_.pieces.resize(segments_.size() * piecesEach_);
+    std::vector<CurveNode> &nodes = built_.nodes;
+    const BuiltChild root = BuildNode({0, count, splitter_.BoxOf(0, count)}, 0, &nodes);
+    if (root.child & kLeafBit) // the traversal begins at a node
+        SetChild(0, root.child, root.box, &nodes[AddNode(&nodes)]);
+    return std::move(built_);
 }
 //<
 
 } // namespace
 
 //> Declare the builder of the tree
-std::vector<CurveNode> BuildCurveTree(std::vector<PieceReference> *references) {
-    return CurveTreeBuilder(references).Build(static_cast<uint32_t>(references->size()));
+BuiltCurveTree BuildCurveTree(std::vector<PieceReference> segments, uint32_t piecesEach,
+                              const CutSegment &cut) {
+    return CurveTreeBuilder(&segments, piecesEach, cut).Build();
 }
 //<
 

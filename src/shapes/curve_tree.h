@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #ifdef __SSE2__
@@ -37,19 +38,28 @@ struct PieceBox {
         return d[0] >= 0 ? d[0] * d[1] + d[1] * d[2] + d[2] * d[0] : 0;
     }
 };
-// A piece of curve while the tree is built: its box, and in the fourth place of lo its number.
+// A segment, or a piece of one, while the tree is built: its box, and in the fourth place of lo its number.
 struct PieceReference {
     Float4 lo, hi;
-    uint32_t Piece() const { return std::bit_cast<uint32_t>(lo[3]); }
+    uint32_t Number() const { return std::bit_cast<uint32_t>(lo[3]); }
+    void SetNumber(uint32_t number) { lo[3] = std::bit_cast<float>(number), hi[3] = 0; }
     Float4 Center() const { return lo + hi; } // twice the centre
 };
 //<
 
 //> Declare the build of the tree
-// Returns the nodes of a tree over the references, one or more, which it puts in order; [0] is the root. In a
-// leaf, the place of its data is for now the index of its first reference. The tree is the same for any
-// number of threads.
-std::vector<curve_kernel::CurveNode> BuildCurveTree(std::vector<PieceReference> *references);
+// Writes the references of all pieces of a segment, boxes and numbers.
+using CutSegment = std::function<void(const PieceReference &segment, PieceReference *pieces)>;
+
+struct BuiltCurveTree {
+    std::vector<curve_kernel::CurveNode> nodes; // [0] is the root
+    // The numbers of pieces, leaf by leaf. The place of a leaf's data is for now the index of its first.
+    std::vector<uint32_t> pieces;
+};
+// Builds a tree over the pieces of segments, one or more, of which `cut` makes piecesEach. The tree is the
+// same for any number of threads.
+BuiltCurveTree BuildCurveTree(std::vector<PieceReference> segments, uint32_t piecesEach,
+                              const CutSegment &cut);
 //<
 
 } // namespace cuticle

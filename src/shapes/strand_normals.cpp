@@ -64,16 +64,19 @@ Vector3d RandomAcross(const Vector3d &tangent, uint64_t strand) {
 
 } // namespace
 
-std::vector<Vector3f> MakeStrandNormals(std::span<const CurveSegment> segments) {
-    std::vector<Vector3f> normals(segments.size());
+std::vector<Vector3f> MakeStrandNormals(const CurveList &segments) {
+    std::vector<Vector3f> normals;
+    normals.reserve(segments.size());
     Vector3d atEnd;
     uint64_t strand = 0;
-    for (size_t i = 0; i < segments.size(); ++i) {
-        const StrandPoint start = PointOfStrand(segments[i], 0);
-        const bool joined = i > 0 && Continues(segments[i - 1], segments[i]);
+    CurveSegment before;
+    for (const CurveSegment &segment : segments) {
+        const StrandPoint start = PointOfStrand(segment, 0);
+        const bool joined = !normals.empty() && Continues(before, segment);
         const Vector3d normal = joined ? Across(atEnd, start.tangent) : RandomAcross(start.tangent, strand++);
-        atEnd = Carried(normal, start, PointOfStrand(segments[i], 1));
-        normals[i] = Vector3f(normal);
+        atEnd = Carried(normal, start, PointOfStrand(segment, 1));
+        normals.emplace_back(normal);
+        before = segment;
     }
     return normals;
 }

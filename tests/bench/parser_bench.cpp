@@ -51,28 +51,27 @@ const std::string &HairText(int64_t count, Style style) {
     return text += "WorldEnd\n";
 }
 
-void Report(benchmark::State &state, const std::string &text, size_t curves, size_t capacity) {
+void Report(benchmark::State &state, const std::string &text, size_t curves, size_t bytes) {
     if (curves != static_cast<size_t>(state.range(0)))
         state.SkipWithError("the text did not give the curves that it holds");
     state.SetItemsProcessed(state.iterations() * state.range(0));
     state.SetBytesProcessed(state.iterations() * static_cast<int64_t>(text.size()));
     state.counters["text_bytes_per_curve"] = static_cast<double>(text.size()) / static_cast<double>(curves);
-    state.counters["held_bytes_per_curve"] =
-        static_cast<double>(capacity * sizeof(CurveSegment)) / static_cast<double>(curves);
+    state.counters["held_bytes_per_curve"] = static_cast<double>(bytes) / static_cast<double>(curves);
 }
 
 void ReadText(benchmark::State &state, Style style, bool fast) {
     const std::string &text = HairText(state.range(0), style);
     ParseOptions options;
     options.fastCurves = fast;
-    size_t curves = 0, capacity = 0;
+    size_t curves = 0, bytes = 0;
     for (auto _ : state) {
         const SceneDescription scene = ParseSceneText(AllPlugins(), text, "generated", ".", options);
         curves = scene.curves.segments.size();
-        capacity = scene.curves.segments.capacity();
-        benchmark::DoNotOptimize(scene.curves.segments.data());
+        bytes = scene.curves.segments.MemoryBytes();
+        benchmark::DoNotOptimize(scene.curves.segments.Points());
     }
-    Report(state, text, curves, capacity);
+    Report(state, text, curves, bytes);
 }
 
 void BM_Terse(benchmark::State &state) { ReadText(state, Style::Terse, true); }
@@ -95,14 +94,14 @@ void ReadFile(benchmark::State &state, bool packed) {
         state.SkipWithError("cannot write a temporary file");
         return;
     }
-    size_t curves = 0, capacity = 0;
+    size_t curves = 0, bytes = 0;
     for (auto _ : state) {
         const SceneDescription scene = ParseScene(AllPlugins(), path);
         curves = scene.curves.segments.size();
-        capacity = scene.curves.segments.capacity();
+        bytes = scene.curves.segments.MemoryBytes();
     }
     std::filesystem::remove(path);
-    Report(state, text, curves, capacity);
+    Report(state, text, curves, bytes);
 }
 void BM_File(benchmark::State &state) { ReadFile(state, false); }
 void BM_PackedFile(benchmark::State &state) { ReadFile(state, true); }

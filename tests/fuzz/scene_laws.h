@@ -35,7 +35,7 @@ inline SceneDescription ReadInAllWays(const SceneReader &read, size_t *errorCoun
     SceneDescription fast = parse(true, &fastErrors);
     const SceneDescription slow = parse(false, &slowErrors);
     Require(fastErrors == slowErrors);
-    const std::vector<CurveSegment> &a = fast.curves.segments, &b = slow.curves.segments;
+    const CurveList &a = fast.curves.segments, &b = slow.curves.segments;
     Require(a.size() == b.size());
     for (size_t i = 0; i < a.size(); ++i)
         for (size_t k = 0; k < 4; ++k)

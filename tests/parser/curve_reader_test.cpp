@@ -1,6 +1,7 @@
 #include "parser/test_scenes.h"
 #include "shapes/curve.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -187,9 +188,10 @@ TEST(ParserCurves, FastAndGeneralReaderAgreeBitForBit) {
     const auto expectSame = [&](const CurvePool &x, const CurvePool &y) {
         ASSERT_EQ(x.segments.size(), y.segments.size());
         segments += x.segments.size();
-        for (size_t i = 0; i < x.segments.size(); ++i)
-            ASSERT_EQ(std::memcmp(&x.segments[i], &y.segments[i], sizeof(CurveSegment)), 0)
-                << "segment " << i;
+        for (size_t i = 0; i < x.segments.size(); ++i) {
+            const CurveSegment s = x.segments[i], t = y.segments[i];
+            ASSERT_EQ(std::memcmp(&s, &t, sizeof(CurveSegment)), 0) << "segment " << i;
+        }
         ASSERT_EQ(x.ribbonNormals.size(), y.ribbonNormals.size());
         ribbons += x.ribbonNormals.size();
         for (const auto &[i, n] : x.ribbonNormals)
@@ -220,8 +222,18 @@ TEST(ParserCurves, MemoryOfManyCurvesIsTheSegmentsAndLittleMore) {
     const auto s = Parse(World(body));
     ASSERT_EQ(s.curves.segments.size(), 100000u);
     EXPECT_EQ(s.curveGroups.size(), 1u);
-    const double held = static_cast<double>(s.curves.segments.capacity() * sizeof(CurveSegment)) / 100000;
-    EXPECT_LE(held, 68) << "bytes a curve, whose segment has 64";
+    const double held = static_cast<double>(s.curves.segments.MemoryBytes()) / 100000;
+    EXPECT_LE(held, 64 + 8 + 21) << "bytes a curve, whose points have 64, with up to a large page to spare";
+
+    // Strands of eight segments: 25 points of 16 bytes
+    std::string strands, points;
+    for (int k = 0; k < 25; ++k)
+        points += fmt::format("{} 0 0 ", k);
+    for (int i = 0; i < 20000; ++i)
+        strands += "Shape \"curve\" \"point P\" [" + points + "] \"float width\" .01\n";
+    const auto t = Parse(World(strands));
+    ASSERT_EQ(t.curves.segments.size(), 160000u);
+    EXPECT_LE(static_cast<double>(t.curves.segments.MemoryBytes()) / 160000, 50 + 2 + 13.2);
 }
 
 } // namespace

@@ -274,8 +274,8 @@ TEST_F(CurveCases, MemoryIsClaimedBeforeItIsTaken) {
     };
     const std::string groom =
         "Shape \"sphere\"\nShape \"groom\" \"string kind\" \"hair-cube\" \"integer strands\" 100000";
-    // A hundred thousand strands of one segment: 64 bytes of a segment twice, and its tree
-    const std::string refused = message(groom, 20 << 20);
+    // A hundred thousand strands of one segment: 64 bytes of its points, and as many of its tree
+    const std::string refused = message(groom, 12 << 20);
     EXPECT_NE(refused.find("99856 curve segments and their tree (test.pbrt:3:1)"), std::string::npos)
         << refused;
     EXPECT_EQ(message(groom, uint64_t{1} << 30), "no error");

@@ -50,8 +50,10 @@ void AddStrand(Random *random, Model *m, int n, double step, double turn, double
         p += d * step;
         d = Normalize(d + random->Direction() * turn);
     }
+    CurveList strand;
     AppendCurve(points.data(), points.size(), CurveBasis::BSpline, 3, static_cast<float>(width),
-                static_cast<float>(0.3 * width), 0, &m->segments);
+                static_cast<float>(0.3 * width), 0, &strand);
+    m->segments.insert(m->segments.end(), strand.begin(), strand.end());
 }
 
 struct Case {

@@ -7,7 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
 #include <random>
+#include <stdexcept>
 
 namespace cuticle {
 namespace {
@@ -23,7 +26,7 @@ struct Random {
 // A tuft of wavy strands of 8 segments each.
 std::vector<CurveSegment> Tuft(size_t strands, uint64_t seed = 1, float width = 0.004f) {
     Random random(seed);
-    std::vector<CurveSegment> segments;
+    CurveList segments;
     for (size_t i = 0; i < strands; ++i) {
         Point3f p = random.Point() * 0.3f;
         Vector3f d = random.Direction();
@@ -35,7 +38,7 @@ std::vector<CurveSegment> Tuft(size_t strands, uint64_t seed = 1, float width = 
         }
         AppendCurve(points.data(), points.size(), CurveBasis::BSpline, 3, width, 0.5f * width, 0, &segments);
     }
-    return segments;
+    return {segments.begin(), segments.end()};
 }
 Ray Toward(Random *random) {
     Ray ray;
@@ -241,15 +244,69 @@ TEST(CurveSet, CapsulesLieAlongTheMiddleOfTheBow) {
     EXPECT_LE(capsule.radius, 0.01 + 0.55 * bow);
 }
 
-TEST(CurveSet, ACurveOfManyTakesAtMost250Bytes) {
+TEST(CurveSet, ASegmentOfAStrandTakesAtMost110Bytes) {
     // A small set may spend more: it is the millions that fill a memory.
     const auto bytes = [](size_t strands) {
         const std::vector<CurveSegment> tuft = Tuft(strands);
         const CurveSet set(tuft, {CurveType::Flat});
         return static_cast<double>(set.MemoryBytes()) / static_cast<double>(tuft.size());
     };
-    EXPECT_LE(bytes((size_t(1) << 19) + 1), 250);
-    EXPECT_LE(bytes(10000), 350);
+    EXPECT_LE(bytes(60000), 110);
+    EXPECT_LE(bytes(10000), 130);
+}
+
+bool SameBits(const CurveSegment &a, const CurveSegment &b) {
+    return std::memcmp(a.cp, b.cp, sizeof a.cp) == 0 && std::memcmp(a.width, b.width, sizeof a.width) == 0 &&
+           a.group == b.group && a.part.index == b.part.index && a.part.count == b.part.count;
+}
+
+// Neighbours that differ in anything that they would share: width, group, the sign of a zero, a NaN.
+TEST(CurveList, WhatComesOutIsWhatWasPutIn) {
+    Random random(12);
+    std::vector<CurveSegment> s;
+    for (int i = 0; i < 5000; ++i) {
+        CurveSegment segment{{random.Point(), random.Point(), random.Point(), random.Point()},
+                             {random(0.f, 1.f), random(0.f, 1.f)},
+                             static_cast<uint32_t>(random(0.f, 1.f) < 0.1f ? i : 7),
+                             {static_cast<uint16_t>(i), static_cast<uint16_t>(random(1.f, 60000.f))}};
+        const float kind = random(0.f, 1.f);
+        if (kind < 0.1f)
+            segment.cp[3].y = std::nanf("");
+        else if (kind < 0.2f)
+            segment.cp[3].y = 0;
+        if (i > 0 && random(0.f, 1.f) < 0.8f) {
+            segment.cp[0] = s.back().cp[3];
+            segment.width[0] = s.back().width[1];
+            if (random(0.f, 1.f) < 0.1f)
+                segment.cp[0].y = -segment.cp[0].y;
+            if (random(0.f, 1.f) < 0.1f)
+                segment.width[0] = random(0.f, 1.f);
+        }
+        s.push_back(segment);
+    }
+    CurveList list;
+    for (size_t i = 0; i < s.size(); ++i) {
+        list.push_back(s[i]);
+        ASSERT_TRUE(SameBits(list.back(), s[i])) << i;
+    }
+    const CurveList copy(list);
+    const CurveSet set(list, {});
+    ASSERT_EQ(copy.size(), s.size());
+    EXPECT_LT(copy.PointCount(), 4 * s.size() - s.size() / 4) << "no strand keeps its points once";
+    size_t i = 0;
+    for (const CurveSegment &segment : copy) {
+        EXPECT_TRUE(SameBits(segment, s[i]) && SameBits(copy[i], s[i])) << i;
+        EXPECT_TRUE(SameBits(set.Segment(static_cast<uint32_t>(i)), s[i])) << i;
+        ++i;
+    }
+    EXPECT_EQ(i, s.size());
+    EXPECT_THROW(copy.at(s.size()), std::out_of_range);
+}
+
+// A strand of n segments has 3 n + 1 different points, and no more are kept.
+TEST(CurveList, KeepsThePointsOfAStrandOnce) {
+    EXPECT_EQ(CurveList(Tuft(1)).PointCount(), 25u);
+    EXPECT_EQ(CurveList(Tuft(1000)).PointCount(), 25000u);
 }
 
 TEST(CurveSet, AnUnknownInstructionSetIsAnError) {
@@ -291,7 +348,7 @@ TEST(CurveSet, JointsLoseNoHits) {
 // A ray that leaves a hair does not meet it where it stands, but meets a neighbour at less than a radius.
 TEST(CurveSet, LeavesItsHairAndMeetsCloseNeighbours) {
     const float r = 0.01f;
-    std::vector<CurveSegment> s;
+    CurveList s;
     const auto straight = [&](float y, float z) {
         std::vector<Point3f> p;
         for (int i = 0; i < 13; ++i)
@@ -324,6 +381,40 @@ TEST(CurveSet, LeavesItsHairAndMeetsCloseNeighbours) {
     }
     EXPECT_EQ(own, 0u); // a straight hair is never met again
     EXPECT_GT(neighbour, n / 3u);
+}
+
+// Segments keep points of their own where width or group change along a strand. It is one hair still: no
+// ray that leaves it meets it, on whichever side of a joint, and one that leaves its copy meets it at once.
+TEST(CurveSet, AStrandStaysOneWhereItsWidthOrGroupChanges) {
+    const float r = 0.01f;
+    std::vector<CurveSegment> s;
+    for (int i = 0; i < 40; ++i) {
+        const float x = 0.1f * static_cast<float>(i % 20), step = 0.1f / 3;
+        const float width = 2 * r * (i % 3 == 0 ? 1.001f : 1);
+        s.push_back({{{x, 0, 0}, {x + step, 0, 0}, {x + 2 * step, 0, 0}, {0.1f * float(i % 20 + 1), 0, 0}},
+                     {width, width},
+                     static_cast<uint32_t>(i % 5 == 0),
+                     {}});
+    }
+    const CurveSet one(std::vector<CurveSegment>(s.begin(), s.begin() + 20), {}), two(s, {});
+    EXPECT_GT(CurveList(s).PointCount(), 3 * s.size() + 20) << "the test wants points that are stored twice";
+    Random random(8);
+    size_t near = 0;
+    constexpr int n = 20000;
+    for (int i = 0; i < n; ++i) {
+        Ray ray; // near a joint, from below
+        ray.o = {0.1f * std::round(random(1.f, 19.f)) + random(-r, r), random(-r, r) * 0.99f, -1};
+        ray.d = {0, 0, 1};
+        CurveHit hit;
+        ASSERT_TRUE(one.Intersect(ray, nullptr, &hit));
+        Ray next;
+        next.o = one.Surface(ray, hit).p;
+        next.d = random.Direction();
+        const CurveOrigin origin{hit.segment, hit.u};
+        EXPECT_FALSE(one.Intersect(next, &origin, &hit)) << "segment " << origin.segment;
+        near += two.Intersect(next, &origin, &hit);
+    }
+    EXPECT_GT(near, n / 3u);
 }
 
 } // namespace

@@ -211,7 +211,7 @@ TEST(CurveBases, BSplinesAreDeBoors) {
         std::vector<Point3f> p;
         for (int i = 0; i < 9; ++i)
             p.push_back(random.Point());
-        std::vector<CurveSegment> s;
+        CurveList s;
         ASSERT_TRUE(AppendCurve(p.data(), p.size(), CurveBasis::BSpline, degree, 1, 0, 7, &s));
         ASSERT_EQ(s.size(), p.size() - static_cast<size_t>(degree));
         for (size_t i = 0; i < s.size(); ++i) {
@@ -229,7 +229,7 @@ TEST(CurveBases, QuadraticBeziersKeepTheirShape) {
     Random random(11);
     const std::vector<Point3f> p{random.Point(), random.Point(), random.Point(), random.Point(),
                                  random.Point()};
-    std::vector<CurveSegment> s;
+    CurveList s;
     ASSERT_TRUE(AppendCurve(p.data(), p.size(), CurveBasis::Bezier, 2, 1, 1, 0, &s));
     ASSERT_EQ(s.size(), 2u);
     for (size_t i = 0; i < 2; ++i)
@@ -242,7 +242,7 @@ TEST(CurveBases, QuadraticBeziersKeepTheirShape) {
 
 TEST(CurveBases, BadWidthsAndNormals) {
     const Point3f p[4] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
-    std::vector<CurveSegment> s;
+    CurveList s;
     std::string error;
     EXPECT_TRUE(AppendCurve(p, 4, CurveBasis::Bezier, 3, -1, 2, 0, &s));
     EXPECT_EQ(s[0].width[0], 0);

@@ -9,7 +9,7 @@ namespace cuticle {
 namespace {
 
 // A helix of cubic pieces: position and derivative are the curve's own at the ends.
-std::vector<CurveSegment> Helix(float pitch, size_t pieces, double turns) {
+CurveList Helix(float pitch, size_t pieces, double turns) {
     std::vector<CurveSegment> segments;
     const double step = 2 * std::numbers::pi * turns / static_cast<double>(pieces);
     const auto at = [pitch](double t) {
@@ -39,7 +39,7 @@ Vector3f TangentAt(const CurveSegment &s, double u) {
 }
 
 TEST(StrandNormals, AreAcrossAndSmooth) {
-    const std::vector<CurveSegment> helix = Helix(0.3f, 24, 3);
+    const CurveList helix = Helix(0.3f, 24, 3);
     const std::vector<Vector3f> normals = MakeStrandNormals(helix);
     ASSERT_EQ(normals.size(), helix.size());
     Vector3f before;
@@ -61,7 +61,7 @@ TEST(StrandNormals, AreAcrossAndSmooth) {
 // b^2) a radian.
 TEST(StrandNormals, DoNotTwist) {
     const double pitch = 0.5, turns = 2;
-    const std::vector<CurveSegment> helix = Helix(static_cast<float>(pitch), 200, turns);
+    const CurveList helix = Helix(static_cast<float>(pitch), 200, turns);
     const std::vector<Vector3f> normals = MakeStrandNormals(helix);
     const auto angle = [](const Vector3f &normal, double t, const Vector3f &tangent) {
         const Vector3f inward(static_cast<float>(-std::cos(t)), static_cast<float>(-std::sin(t)), 0);
@@ -77,7 +77,7 @@ TEST(StrandNormals, DoNotTwist) {
 }
 
 TEST(StrandNormals, DifferFromStrandToStrand) {
-    std::vector<CurveSegment> strands;
+    CurveList strands;
     for (int i = 0; i < 2000; ++i) {
         const auto x = static_cast<float>(i);
         strands.push_back({{{x, 0, 0}, {x, 1, 0}, {x, 2, 0}, {x, 3, 0}}, {0.1f, 0.1f}, 0});

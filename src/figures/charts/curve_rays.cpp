@@ -15,8 +15,7 @@ std::vector<CurveSegment> HairBall(size_t strands) {
     std::mt19937_64 engine(7);
     std::uniform_real_distribution<float> uniform;
     const auto direction = [&] { return UniformSampleSphere({uniform(engine), uniform(engine)}); };
-    std::vector<CurveSegment> segments;
-    segments.reserve(strands * kSegmentsPerStrand);
+    CurveList segments;
     for (size_t i = 0; i < strands; ++i) {
         Vector3f d = direction();
         Point3f p = d * 0.5f;
@@ -29,7 +28,7 @@ std::vector<CurveSegment> HairBall(size_t strands) {
         const float width = 2e-3f * (0.6f + 1.4f * uniform(engine));
         AppendCurve(points.data(), points.size(), CurveBasis::BSpline, 3, width, 0.5f * width, 0, &segments);
     }
-    return segments;
+    return {segments.begin(), segments.end()};
 }
 
 CurveTasks MakeCurveTasks(const CurveSet &set, int side) {
