@@ -63,7 +63,7 @@ class RangeSplitter {
 // Makes nodes over segments, and over their pieces at the bottom.
 class CurveTreeBuilder {
   public:
-    CurveTreeBuilder(std::vector<PieceReference> *segments, uint32_t piecesEach, const CutSegment &cut)
+    CurveTreeBuilder(std::vector<PieceReference> *segments, uint32_t piecesEach, const CutSegments &cut)
         : segments_(*segments), piecesEach_(piecesEach), cut_(cut), splitter_(segments) {}
     BuiltCurveTree Build();
 
@@ -78,7 +78,7 @@ class CurveTreeBuilder {
 
     const std::vector<PieceReference> &segments_;
     const uint32_t piecesEach_;
-    const CutSegment &cut_;
+    const CutSegments &cut_;
     RangeSplitter splitter_;
     BuiltCurveTree built_;
 };
@@ -386,8 +386,7 @@ void BuildBinary(const PieceRange &range, int depth, RangeSplitter *splitter, st
 CurveTreeBuilder::BuiltChild CurveTreeBuilder::BuildBelow(const PieceRange &segments,
                                                           std::vector<CurveNode> *nodes) {
     std::vector<PieceReference> pieces(size_t(segments.count) * piecesEach_);
-    for (uint32_t i = 0; i < segments.count; ++i)
-        cut_(segments_[segments.first + i], &pieces[size_t(i) * piecesEach_]);
+    cut_(&segments_[segments.first], segments.count, pieces.data());
     RangeSplitter splitter(&pieces);
     const auto count = static_cast<uint32_t>(pieces.size());
     const PieceRange all{0, count, splitter.BoxOf(0, count)};
@@ -420,7 +419,7 @@ BuiltCurveTree CurveTreeBuilder::Build() {
 
 //> Declare the builder of the tree
 BuiltCurveTree BuildCurveTree(std::vector<PieceReference> segments, uint32_t piecesEach,
-                              const CutSegment &cut) {
+                              const CutSegments &cut) {
     return CurveTreeBuilder(&segments, piecesEach, cut).Build();
 }
 //<

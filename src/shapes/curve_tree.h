@@ -43,13 +43,17 @@ struct PieceReference {
     Float4 lo, hi;
     uint32_t Number() const { return std::bit_cast<uint32_t>(lo[3]); }
     void SetNumber(uint32_t number) { lo[3] = std::bit_cast<float>(number), hi[3] = 0; }
-    Float4 Center() const { return lo + hi; } // twice the centre
+    Float4 Center() const { // twice the centre; 0 in the fourth place
+        Float4 center = lo + hi;
+        center[3] = 0; // a number read as a float is a tiny one, which processors multiply slowly
+        return center;
+    }
 };
 //<
 
 //> Declare the build of the tree
-// Writes the references of all pieces of a segment, boxes and numbers.
-using CutSegment = std::function<void(const PieceReference &segment, PieceReference *pieces)>;
+// Writes the references of all pieces of some segments, boxes and numbers.
+using CutSegments = std::function<void(const PieceReference *segments, size_t count, PieceReference *pieces)>;
 
 struct BuiltCurveTree {
     std::vector<curve_kernel::CurveNode> nodes; // [0] is the root
@@ -59,7 +63,7 @@ struct BuiltCurveTree {
 // Builds a tree over the pieces of segments, one or more, of which `cut` makes piecesEach. The tree is the
 // same for any number of threads.
 BuiltCurveTree BuildCurveTree(std::vector<PieceReference> segments, uint32_t piecesEach,
-                              const CutSegment &cut);
+                              const CutSegments &cut);
 //<
 
 } // namespace cuticle

@@ -39,6 +39,12 @@ constexpr std::array kCharts = std::to_array<Chart>({
      "another hair) and errors of the place across the hair and of the distance, against all roots found in "
      "extended precision.",
      CurvesChart},
+    {"growth",
+     "A ball of ever more and ever thinner hair that covers as much: CPU time of a bounce's ray and memory "
+     "of "
+     "a curve segment, accelerator and points together, by the number of segments; one thread. Broken lines: "
+     "a ray for which any hit will do.",
+     GrowthChart},
     {"render",
      "Relative mean squared error of pictures of shipped scenes against the CPU time of all threads from the "
      "scene's file to the picture, by integrator, sampler, model of a fiber, and samples per pixel (along "

@@ -11,7 +11,7 @@
 
 namespace cuticle {
 
-std::vector<CurveSegment> HairBall(size_t strands) {
+std::vector<CurveSegment> HairBall(size_t strands, float widthScale) {
     std::mt19937_64 engine(7);
     std::uniform_real_distribution<float> uniform;
     const auto direction = [&] { return UniformSampleSphere({uniform(engine), uniform(engine)}); };
@@ -25,7 +25,7 @@ std::vector<CurveSegment> HairBall(size_t strands) {
             p += d * (0.5f / kSegmentsPerStrand);
             d = Normalize(d + direction() * 0.45f);
         }
-        const float width = 2e-3f * (0.6f + 1.4f * uniform(engine));
+        const float width = widthScale * 2e-3f * (0.6f + 1.4f * uniform(engine));
         AppendCurve(points.data(), points.size(), CurveBasis::BSpline, 3, width, 0.5f * width, 0, &segments);
     }
     return {segments.begin(), segments.end()};

@@ -15,8 +15,8 @@ namespace cuticle {
 
 inline constexpr size_t kSegmentsPerStrand = 8;
 // A ball of radius 1: strands grow outward from a sphere of half of it, bending at random; their radius is
-// 0.6 to 2 thousandths.
-std::vector<CurveSegment> HairBall(size_t strands);
+// 0.6 to 2 thousandths, times widthScale.
+std::vector<CurveSegment> HairBall(size_t strands, float widthScale = 1);
 
 // A ray to intersect. A bounce starts on a hair, at its origin, and is clear of it from the distance `clear`
 // on.

@@ -1,4 +1,5 @@
 // The chart of ways to intersect rays with hair: the paper's recursion, the curve set, Embree's curves.
+#include "core/clock.h"
 #include "core/isa.h"
 #include "figures/charts/charts.h"
 #include "figures/charts/cost.h"
@@ -7,7 +8,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <tuple>
 
 namespace cuticle {
 
@@ -128,6 +131,129 @@ FigureData CurvesChart(const FigureOptions &options) {
     data.note = fmt::format("{} segments, {} rays compared; no wrong answer at all is drawn at half of one. "
                             "Embree's round curves are tubes, whose v is another quantity.",
                             segments.size(), truths.size());
+    return data;
+}
+
+namespace {
+
+// The cost of one intersector at one size of the ball.
+struct GrowthPoint {
+    double closest, any; // CPU microseconds of a ray
+    double bytes, build; // of a segment: memory, and CPU microseconds to build
+};
+struct GrowthOfBall {
+    double segments, hitShare;
+    GrowthPoint set, embree;
+};
+
+GrowthOfBall MeasureGrowth(size_t strands, size_t rays, int rounds) {
+    // Strands are thinner as there are more, so that a ray goes as far whatever their number.
+    const std::vector<CurveSegment> segments = HairBall(strands, 15000.f / static_cast<float>(strands));
+    const auto n = static_cast<double>(segments.size());
+    CurveList list(segments);
+    double start = ProcessCpuSeconds();
+    const CurveSet set(std::move(list), {CurveType::Flat});
+    GrowthOfBall growth{n, 0, {}, {}};
+    growth.set.build = 1e6 * (ProcessCpuSeconds() - start) / n;
+    growth.set.bytes = static_cast<double>(set.MemoryBytes()) / n;
+    const EmbreeCurves embree(segments, EmbreeCurves::Flat, 4);
+    growth.embree.build = 1e6 * embree.BuildSeconds() / n;
+    growth.embree.bytes = embree.Bytes() / n;
+
+    CurveTasks tasks = MakeCurveTasks(set, 200);
+    std::vector<CurveTask> &bounces = tasks.bounce;
+    bounces.resize(std::min(bounces.size(), rays));
+    const auto job = [&bounces](const auto &trace) {
+        return [&bounces, trace] {
+            for (const CurveTask &task : bounces)
+                Keep(trace(task));
+        };
+    };
+    CurveHit hit;
+    const std::vector<double> seconds =
+        TimeInTurns({job([&](const CurveTask &task) { return set.Intersect(task.ray, &task.origin, &hit); }),
+                     job([&](const CurveTask &task) { return set.Occluded(task.ray, &task.origin); }),
+                     job([&](const CurveTask &task) { return embree.Intersect(task, &hit); }),
+                     job([&](const CurveTask &task) { return embree.Occluded(task); })},
+                    rounds);
+    const double perRay = 1e6 / static_cast<double>(bounces.size());
+    growth.set.closest = seconds[0] * perRay, growth.set.any = seconds[1] * perRay;
+    growth.embree.closest = seconds[2] * perRay, growth.embree.any = seconds[3] * perRay;
+    size_t hits = 0;
+    for (const CurveTask &task : bounces)
+        hits += set.Occluded(task.ray, &task.origin);
+    growth.hitShare = static_cast<double>(hits) / static_cast<double>(bounces.size());
+    return growth;
+}
+
+// The power of the number of segments with which a time grows over the last decade that was measured.
+double LastExponent(const std::vector<GrowthOfBall> &sizes, GrowthPoint GrowthOfBall::*method) {
+    const GrowthOfBall &a = sizes[sizes.size() - 2], &b = sizes.back();
+    return std::log((b.*method).closest / (a.*method).closest) / std::log(b.segments / a.segments);
+}
+
+PlotSeries GrowthSeries(const std::string &label, int color, PlotDash dash,
+                        const std::vector<GrowthOfBall> &sizes,
+                        const std::function<double(const GrowthOfBall &)> &value) {
+    PlotSeries series;
+    series.label = label, series.color = color, series.dash = dash, series.style = PlotStyle::LinePoints;
+    series.marker = 0;
+    for (const GrowthOfBall &g : sizes)
+        series.x.push_back(g.segments), series.y.push_back(value(g));
+    return series;
+}
+
+} // namespace
+
+FigureData GrowthChart(const FigureOptions &options) {
+    std::vector<GrowthOfBall> sizes;
+    for (size_t strands = 125; strands <= (options.quick ? 12500 : 1250000); strands *= 10)
+        sizes.push_back(MeasureGrowth(strands, options.quick ? 2000 : 20000, options.quick ? 2 : 5));
+
+    FigureData data{Table({"segments", "method", "hit_share", "us_per_ray_closest", "us_per_ray_any",
+                           "bytes_per_segment", "build_cpu_us_per_segment"})};
+    const auto row = [&](const GrowthOfBall &g, const char *name, const GrowthPoint &p) {
+        data.table.Add({g.segments, name, g.hitShare, p.closest, p.any, p.bytes, p.build});
+    };
+    for (const GrowthOfBall &g : sizes) {
+        row(g, "curve set", g.set);
+        row(g, "Embree flat", g.embree);
+    }
+    PlotPanel time, memory;
+    time.title = "time of a ray";
+    time.x = memory.x = {.label = "segments", .log = true, .min = 1000};
+    time.y = {.label = "CPU time of a ray (µs)", .log = true};
+    time.legend = "top left", memory.legend = "bottom right";
+    memory.title = "memory";
+    memory.y = {.label = "bytes a segment", .min = 0};
+    for (const auto &[name, color, method] :
+         {std::tuple("curve set", int(Set), &GrowthOfBall::set),
+          std::tuple("Embree flat, rate 4", int(EmbreeFlat), &GrowthOfBall::embree)}) {
+        time.series.push_back(GrowthSeries(name, color, PlotDash::Solid, sizes,
+                                           [m = method](const GrowthOfBall &g) { return (g.*m).closest; }));
+        time.series.push_back(GrowthSeries("", color, PlotDash::Dashed, sizes,
+                                           [m = method](const GrowthOfBall &g) { return (g.*m).any; }));
+        memory.series.push_back(GrowthSeries(name, color, PlotDash::Solid, sizes,
+                                             [m = method](const GrowthOfBall &g) { return (g.*m).bytes; }));
+    }
+    data.plot.width = 560, data.plot.height = 400, data.plot.columns = 2;
+    data.plot.panels = {time, memory};
+
+    const auto [least, most] =
+        std::minmax_element(sizes.begin(), sizes.end(), [](const GrowthOfBall &a, const GrowthOfBall &b) {
+            return a.hitShare < b.hitShare;
+        });
+    data.checks = {
+        {"a segment of the largest ball takes at most (bytes, with a large page to spare)",
+         sizes.back().set.bytes, 48, 110 + 2097152 / sizes.back().segments},
+        {"the share of rays that hit differs between balls by at most", most->hitShare - least->hitShare, 0,
+         0.1},
+    };
+    data.note = fmt::format(
+        "Over the last tenfold the time of a ray grows as the number of segments to the power {:.2f}, "
+        "Embree's as {:.2f}; to build takes {:.2g} times Embree's CPU time.",
+        LastExponent(sizes, &GrowthOfBall::set), LastExponent(sizes, &GrowthOfBall::embree),
+        sizes.back().set.build / sizes.back().embree.build);
     return data;
 }
 
