@@ -14,9 +14,7 @@ namespace {
 // Columns: a tenth of the narrowest width apart, or a degree. Rows: 64, and more for narrow lobes, since
 // caustics move from row to row.
 float NarrowestOf(const DEonParameters &p) { return std::min({p.betaN[0], p.betaN[1], p.betaN[2]}); }
-size_t ColumnsFor(const DEonParameters &p) {
-    return 1 + static_cast<size_t>(180 / std::min(1.f, NarrowestOf(p) / 10));
-}
+size_t ColumnsFor(float degrees) { return 1 + static_cast<size_t>(180 / std::min(1.f, degrees / 10)); }
 size_t RowsFor(const DEonParameters &p) {
     return static_cast<size_t>(64 * std::max(1.f, 4 / NarrowestOf(p)));
 }
@@ -51,7 +49,7 @@ std::string DEonTableOf<T>::WhyNot(const DEonParameters &given) {
         return fmt::format("lobes of {:.3g} degrees around the fiber are too narrow for a table, which holds "
                            "those of {} degree and more",
                            narrowest, kNarrowest);
-    if (const size_t cells = RowsFor(p) * ColumnsFor(p) * p.AllLobes(); cells > kMaxCells)
+    if (const size_t cells = RowsFor(p) * ColumnsFor(NarrowestOf(p)) * p.AllLobes(); cells > kMaxCells)
         return fmt::format("{} lobes of {:.3g} degrees make a table of {} cells, more than {}", p.AllLobes(),
                            NarrowestOf(p), cells, kMaxCells);
     return {};
@@ -61,7 +59,7 @@ std::string DEonTableOf<T>::WhyNot(const DEonParameters &given) {
 //> Fill the table
 template <typename T>
 DEonTableOf<T>::DEonTableOf(const DEonParameters &given)
-    : rows_(RowsFor(CheckedDEon(given))), columns_(ColumnsFor(CheckedDEon(given))) {
+    : rows_(RowsFor(CheckedDEon(given))), columns_(ColumnsFor(NarrowestOf(CheckedDEon(given)))) {
     const DEonParameters p = CheckedDEon(given);
     if (p.h)
         throw Error("DEonTable: tables are of far-field fibers, without h");
@@ -77,11 +75,14 @@ DEonTableOf<T>::DEonTableOf(const DEonParameters &given)
     // Isolated: a thread that waits here with a lock must not take up work that asks for the same lock.
     Isolated([&] { ParallelFor(rows_ * lobes_, [&](size_t k) { Fill(exact, k / lobes_, k % lobes_); }); });
 }
-// Linear between columns, so that the integral of a table's row is the sum of its trapezia.
+// Rays are seen at the columns that a table of the lobe's own width would have; the table's, which may be ten
+// times as many where another lobe is narrow, lie on the chords between. Linear between columns, so that the
+// integral of a table's row is the sum of its trapezia.
 template <typename T>
 void DEonTableOf<T>::Fill(const DEonQuadrature<double> &exact, size_t row, size_t p) {
     const double x = static_cast<double>(row) / static_cast<double>(rows_ - 1),
                  step = std::numbers::pi / static_cast<double>(columns_ - 1), beta = exact.Width(p);
+    const size_t own = ColumnsFor(exact.parameters.betaN[std::min(p, size_t(2))]);
     const SmoothFiber<double> fiber = exact.At(std::cos(ThetaOfRow(x)));
     std::vector<std::pair<double, std::array<double, 3>>> rays;
     if (!exact.parameters.IsTail(p))
@@ -89,13 +90,14 @@ void DEonTableOf<T>::Fill(const DEonQuadrature<double> &exact, size_t row, size_
             rays.emplace_back(turn, light);
         });
     //> Spread each ray over the columns that see it
-    std::vector<std::array<double, 3>> n(columns_,
+    std::vector<std::array<double, 3>> n(own,
                                          rays.empty() ? exact.Value(p, fiber, 0).n : std::array<double, 3>{});
     const double reach = 9 * beta; // beyond, a Gaussian is below the last digit of a double
+    const double ownStep = std::numbers::pi / static_cast<double>(own - 1);
     for (const auto &[turn, light] : rays) {
-        const auto [from, to] = ColumnsNear(turn, reach, step, columns_);
+        const auto [from, to] = ColumnsNear(turn, reach, ownStep, own);
         for (size_t j = from; j <= to; ++j) {
-            const double seen = exact.Seen(beta, step * static_cast<double>(j), turn);
+            const double seen = exact.Seen(beta, ownStep * static_cast<double>(j), turn);
             for (size_t c = 0; c < 3; ++c)
                 n[j][c] += light[c] * seen;
         }
@@ -104,11 +106,17 @@ void DEonTableOf<T>::Fill(const DEonQuadrature<double> &exact, size_t row, size_
     const size_t first = Row(row, p) * columns_;
     double sum = 0, before = 0;
     for (size_t j = 0; j < columns_; ++j) {
-        const double y = Luminance(n[j]);
+        const double at = static_cast<double>(j * (own - 1)) / static_cast<double>(columns_ - 1);
+        const size_t k = std::min(static_cast<size_t>(at), own - 2);
+        const double across = at - static_cast<double>(k);
+        std::array<double, 3> value;
+        for (size_t c = 0; c < 3; ++c)
+            value[c] = (1 - across) * n[k][c] + across * n[k + 1][c];
+        const double y = Luminance(value);
         sum += j > 0 ? step / 2 * (y + before) : 0;
         before = y;
         for (size_t c = 0; c < 3; ++c)
-            n_[first + j][c] = static_cast<T>(n[j][c]);
+            n_[first + j][c] = static_cast<T>(value[c]);
         luminance_[first + j] = static_cast<T>(y);
         cumulated_[first + j] = static_cast<T>(sum);
     }

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
+#include <utility>
 
 namespace cuticle {
 
@@ -22,7 +24,8 @@ T Gaussian(T beta, T x) {
 //> Wrap the Gaussian around a circle
 // d'Eon et al. 2011, equation 11: sum over k of g(beta; x - 2 pi k), any x, any beta > 0. Narrow: the nearest
 // image and its two neighbours. Wide: Poisson's sum of the same, whose terms are the cosines damped by
-// exp(-n^2 beta^2 / 2). Either is exact to 1e-16 on its side of beta = 1.1.
+// exp(-n^2 beta^2 / 2). Either is exact to 1e-16 on its side of beta = 1.1. The sum has at most 8 terms, and
+// none where the circle is lit evenly to the last digit; each follows from those before it.
 template <typename T>
 T GaussianDetector(T beta, T x) {
     const T turn = 2 * kPi<T>, d = x - turn * std::nearbyint(x / turn);
@@ -30,9 +33,17 @@ T GaussianDetector(T beta, T x) {
         return std::abs(d) < 9 * beta ? Gaussian(beta, d) : T(0);
     if (beta < T(1.1L))
         return Gaussian(beta, d) + Gaussian(beta, d - turn) + Gaussian(beta, d + turn);
-    T sum = T(0.5L);
-    for (int n = 1; n <= 8; ++n)
-        sum += std::exp(-T(n * n) * beta * beta / 2) * std::cos(T(n) * d);
+    const T q = std::exp(-beta * beta / 2);
+    T sum = T(0.5L), damping = q; // q^(n^2), where the next has a factor q^(2 n + 1)
+    if (damping > std::numeric_limits<T>::epsilon() / 16) {
+        T factor = q * q * q, before = 1, cosine = std::cos(d); // of n d; Chebyshev's recurrence
+        const T twice = 2 * cosine;
+        do {
+            sum += damping * cosine;
+            before = std::exchange(cosine, twice * cosine - before);
+            damping *= factor, factor *= q * q;
+        } while (damping > std::numeric_limits<T>::epsilon() / 16);
+    }
     return sum / kPi<T>;
 }
 //<

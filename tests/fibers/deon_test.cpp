@@ -271,6 +271,40 @@ TEST(DEonTable, AgreesWithTheQuadrature) {
     }
 }
 
+// A wide lobe beside a narrow one is summed at the columns of its own width, a degree apart here, with any
+// detector: otherwise a table of such a pair takes seconds. So the table's value halfway between two of them
+// is the mean of the quadrature's at both, and not the quadrature's own, which bends away from the chord. A
+// lobe of 1000 degrees is even around the fiber.
+TEST(DEonTable, WideLobesTakeFewColumns) {
+    using Detector = AzimuthalDetector;
+    for (const Detector detector : {Detector::Wrapped, Detector::Nearest, Detector::Logistic})
+        for (const size_t p : {size_t(0), size_t(1), size_t(3)}) {
+            DEonParameters parameters;
+            parameters.betaN = {12, 12, 12}, parameters.betaN[p > 0 ? 0 : 1] = 1.5f;
+            parameters.detector = detector, parameters.order = 38;
+            const DEonTableOf<double> table(parameters);
+            const DEonTableOf<double>::View view(&table);
+            const DEonQuadrature<double> exact(parameters);
+            const auto fiber = exact.At(1.); // the first row
+            double fromChord = 0, bend = 0;
+            for (int degree = 0; degree < 179; ++degree) {
+                const auto at = [&](double phi) { return exact.Value(p, fiber, kDegree * phi).n[0]; };
+                const double chord = (at(degree) + at(degree + 1)) / 2, middle = degree + 0.5;
+                bend = std::max(bend, std::abs(at(middle) - chord));
+                fromChord =
+                    std::max(fromChord, std::abs(view.Value(p, view.At(1.), kDegree * middle).n[0] - chord));
+            }
+            EXPECT_LT(fromChord, bend / 8) << static_cast<int>(detector) << " " << p;
+        }
+    DEonParameters even;
+    even.betaN = {1.5f, 1000, 1000}, even.order = 38;
+    const DEonTableOf<double> table(even);
+    const DEonTableOf<double>::View view(&table);
+    const double mean = DEonQuadrature<double>(even).Mean(1, SmoothFiber<double>(1, double(even.eta)))[0];
+    for (double phi = -pi; phi < pi; phi += 0.1)
+        EXPECT_NEAR(view.Value(1, view.At(1.), phi).n[0], mean / (2 * pi), 1e-15) << phi;
+}
+
 // Narrower lobes than a table holds, or too many of them, are the quadrature's; who demands a table is told.
 TEST(DEonTable, NarrowLobesAreTheQuadratures) {
     DEonParameters narrow, many;

@@ -5,6 +5,8 @@
 #include "fibers/fiber_laws.h"
 #include "fibers/gaussian.h"
 
+#include <boost/math/constants/constants.hpp>
+#include <boost/multiprecision/cpp_bin_float.hpp>
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -26,7 +28,7 @@ TEST(Gaussian, InverseErfInverts) {
 
 // The wrapped Gaussian is the plain sum over images, for every width, and keeps its area.
 TEST(Gaussian, DetectorIsTheSumOverImages) {
-    for (const double beta : {0.01, 0.2, 0.34, 0.36, 1., 1.09, 1.11, 1.5, 3., 10.})
+    for (const double beta : {0.01, 0.2, 0.34, 0.36, 1., 1.09, 1.11, 1.5, 3., 8.5, 8.7, 10., 17.5, 100.})
         for (const double x : {0., 0.5, 2., pi, -3., 7., 100.}) {
             double sum = 0;
             const auto images = static_cast<int>(20 + 4 * beta);
@@ -34,6 +36,27 @@ TEST(Gaussian, DetectorIsTheSumOverImages) {
                 sum += Gaussian(beta, x - 2 * pi * k);
             EXPECT_NEAR(GaussianDetector(beta, x), sum, 1e-14 * (1 + 1 / beta)) << beta << " " << x;
         }
+}
+
+// A detector from 1.1 radians on is a sum of cosines, and only the last digits differ from the sum over
+// images in 50 digits. A thousand degrees see the same everywhere: the first cosine is 2 exp(-beta^2 / 2) of
+// the mean, 2e-66.
+TEST(Gaussian, WideDetectorIsEvenLight) {
+    using Digits = boost::multiprecision::cpp_bin_float_50;
+    const Digits turn = 2 * boost::math::constants::pi<Digits>();
+    for (const double beta : {1.1, 1.3, 2., 4., 8.3, 17.453292519943295})
+        for (const double x : {0., 0.3, 1., 1.7, 2.5, 3., pi, -0.001, -2., -3.14}) {
+            Digits sum = 0;
+            const int images = 3 + static_cast<int>(2 * beta); // of 12 widths
+            for (int k = -images; k <= images; ++k)
+                sum += exp(-pow((x - turn * k) / beta, 2) / 2);
+            const auto exact = static_cast<double>(sum / (beta * sqrt(turn)));
+            EXPECT_NEAR(GaussianDetector(beta, x), exact, 2.5e-16) << beta << " " << x;
+            EXPECT_NEAR(GaussianDetector(static_cast<float>(beta), static_cast<float>(x)), exact, 1.2e-7)
+                << beta << " " << x;
+        }
+    for (const double beta : {17.453292519943295, 1e3, 1e100, 1e300})
+        EXPECT_EQ(GaussianDetector(beta, 1.), 0.5 / pi) << beta;
 }
 
 laws::Reference ReferenceOf(const KajiyaKay<double> &model) {
