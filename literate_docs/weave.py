@@ -53,6 +53,7 @@ LITERATE = [
     "src/core/quadrature.*",
     "src/materials/hair_material.*",
     "src/render/path.*",
+    "src/render/light_pilot.*",
     "src/render/integrator.*",
     "src/images/compare.*",
     "src/images/flip.*",

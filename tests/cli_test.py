@@ -83,7 +83,7 @@ class CommandLine(ProgramCase):
         self.ok("render", "scene.pbrt", "-o", "a.exr", "--stats", "s.json", "--spp", "3", "--threads", "1")
         stats = json.loads((self.path / "s.json").read_text())
         for key in ["parse_s", "build_s", "render_s", "spp", "width", "height", "rays", "shadow_rays", "curves",
-                    "peak_rss_mb", "nan_samples", "threads", "isa"]:
+                    "peak_rss_mb", "learned", "nan_samples", "threads", "isa"]:
             self.assertIn(key, stats)
         self.assertEqual([stats[k] for k in ["spp", "width", "height", "curves", "threads", "nan_samples"]], [3, 20, 10, 1, 1, 0])
         self.assertGreater(stats["rays"], 20 * 10 * 3 - 1)

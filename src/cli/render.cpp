@@ -240,6 +240,7 @@ nlohmann::ordered_json StatsJson(const RenderArguments &a, const std::string &ou
     json["curves"] = scene.Curves();
     json["scene_mb"] = static_cast<double>(scene.MemoryBytes()) / (1024 * 1024);
     json["peak_rss_mb"] = PeakMegabytes();
+    json["learned"] = stats.learned;
     json["nan_samples"] = stats.nanSamples;
     json["threads"] = stats.threads;
     json["isa"] = scene.Isa();

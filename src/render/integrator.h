@@ -4,13 +4,25 @@
 #include "render/sampler.h"
 #include "scene/scene.h"
 
+#include <functional>
 #include <memory>
+#include <string>
 
 namespace cuticle {
 
 // Counts the rays traced, for the statistics: to find the next surface, and to find whether a light is seen.
 struct RayCounts {
     uint64_t rays = 0, shadowRays = 0;
+};
+
+// A few samples of the whole picture, for an integrator that learns from them before the first one is taken.
+// They are the same for any number of threads, crop window and range of samples, and are no part of the
+// picture.
+struct Pilot {
+    Point2i cells;   // columns and rows of pixels, spread evenly over the picture
+    int samples = 0; // of each of these
+    // Starts the sampler for a sample of a cell, and returns its ray.
+    std::function<Ray(Point2i cell, int sample, PixelSampler *sampler)> ray;
 };
 
 // Estimates the radiance that arrives along a ray from the camera. Const and without state of its own: any
@@ -20,6 +32,10 @@ class Integrator {
     virtual ~Integrator() = default;
     virtual Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
                         RayCounts &counts) const = 0;
+    // Learns from a pilot how to spend the samples best; the expected picture stays. Once, before any Li.
+    virtual void Learn(const Pilot & /*pilot*/, const Scene & /*scene*/) {}
+    // What was learned, in words for the statistics; empty where nothing was.
+    virtual std::string Learned() const { return {}; }
 };
 
 // Makes the integrator of a scene; `type` overrides the scene's own name. Those of pbrt-v3 that are not

@@ -81,7 +81,9 @@ class RenderJob {
     void RenderTileOrFail(size_t tile, int to);
     void LookForPart(const Checkpoints &checkpoints);
     void RenderTile(size_t tile, int to);
+    Ray CameraRay(int x, int y, PixelSampler *sampler, float *weight) const;
     Spectrum TakeSample(int x, int y, int sample, PixelSampler *sampler, RayCounts *rays) const;
+    void Learn();
     void ReportNaN(int x, int y, int sample);
     void Join(const FilmTile &tile, int samples, double seconds, const RayCounts &rays);
     int PassLength(int wished) const;
@@ -188,13 +190,49 @@ void RenderJob::WritePart() {
     nextPart_ = begin + checkpoints.seconds - spare;
 }
 
-Spectrum RenderJob::TakeSample(int x, int y, int sample, PixelSampler *sampler, RayCounts *rays) const {
-    sampler->Start(x, y, sample);
+// The ray of a sample that was started, and its weight in the pixel.
+Ray RenderJob::CameraRay(int x, int y, PixelSampler *sampler, float *weight) const {
     const FilterSample offset = filter_.Sample(sampler->Get2D());
+    *weight = offset.weight;
     const Point2f pFilm{static_cast<float>(x) + 0.5f + offset.offset.x,
                         static_cast<float>(y) + 0.5f + offset.offset.y};
-    const Ray ray = camera_.GenerateRay(pFilm, sampler->Get2D());
-    return integrator_->Li(ray, scene_, *sampler, *rays) * offset.weight;
+    return camera_.GenerateRay(pFilm, sampler->Get2D());
+}
+
+Spectrum RenderJob::TakeSample(int x, int y, int sample, PixelSampler *sampler, RayCounts *rays) const {
+    sampler->Start(x, y, sample);
+    float weight = 1;
+    const Ray ray = CameraRay(x, y, sampler, &weight);
+    return integrator_->Li(ray, scene_, *sampler, *rays) * weight;
+}
+
+// Lets the integrator learn from a pilot that is small beside the render, unless a useful one would not be.
+// The whole picture and all its samples count, so that parts of a render learn the same.
+void RenderJob::Learn() {
+    constexpr double kLeastPaths = 512, kMostPaths = 4096, kPart = 1. / 32;
+    constexpr int kSamples = 2; // the fewest that show a variance
+    const Point2i size = film_.Resolution();
+    const double paths =
+        std::min(kMostPaths, static_cast<double>(size.x) * static_cast<double>(size.y) * spp_ * kPart);
+    if (!madeIntegrator_ || paths < kLeastPaths)
+        return;
+    Pilot pilot;
+    const double spacing =
+        std::max(1., std::sqrt(static_cast<double>(size.x) * static_cast<double>(size.y) * kSamples / paths));
+    const auto cellsIn = [&](int pixels) { return std::max(1, static_cast<int>(pixels / spacing)); };
+    pilot.cells = {cellsIn(size.x), cellsIn(size.y)};
+    pilot.samples = kSamples;
+    pilot.ray = [&](Point2i cell, int sample, PixelSampler *sampler) {
+        const auto middle = [](int i, int of, int pixels) {
+            return static_cast<int>((static_cast<int64_t>(2 * i + 1) * pixels) / (2 * of));
+        };
+        const int x = middle(cell.x, pilot.cells.x, size.x), y = middle(cell.y, pilot.cells.y, size.y);
+        sampler->Start(x, y, sample);
+        float weight = 1;
+        return CameraRay(x, y, sampler, &weight);
+    };
+    madeIntegrator_->Learn(pilot, scene_);
+    VLOG(1) << Printable(sceneName_) << ": " << madeIntegrator_->Learned();
 }
 
 // Takes the samples of a tile that it lacks up to `to`.
@@ -269,6 +307,7 @@ JobResult RenderJob::Run() && {
     size_t threads = 1;
     OnThreads(options_.threads, [&] {
         threads = MaxThreads();
+        Learn();
         // Passes over the whole picture that grow in length, so that an interrupt leaves an even picture
         // early. How the samples are cut into passes has no influence on the film.
         int wished = 1;
@@ -296,6 +335,7 @@ JobResult RenderJob::Run() && {
             .complete = complete,
             .rays = {tally_.rays, tally_.shadowRays},
             .nanSamples = leftOut,
+            .learned = integrator_->Learned(),
             .threads = threads,
             .seconds = tally_.seconds + WallSeconds() - start_};
 }

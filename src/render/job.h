@@ -62,6 +62,7 @@ struct JobResult {
     bool complete = false;   // false after an interrupt that left samples out
     RayCounts rays;          // traced
     uint64_t nanSamples = 0; // samples that were not finite: reported and left out of the film
+    std::string learned;     // by the integrator from a pilot, in words
     size_t threads = 1;      // that the job could use
     double seconds = 0;      // on the wall, of all runs that went on from one another; so are the counts
 

@@ -2,6 +2,9 @@
 #pragma once
 
 #include "render/integrator.h"
+#include "render/light_pilot.h"
+
+#include <optional>
 
 namespace cuticle {
 
@@ -23,18 +26,29 @@ class PathIntegrator : public Integrator {
     explicit PathIntegrator(const Settings &settings) : settings_(settings) {}
     Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
                 RayCounts &counts) const override;
+    // Learns how often to sample which kind of light.
+    void Learn(const Pilot &pilot, const Scene &scene) override;
+    std::string Learned() const override;
 
   private:
+    using Receiver = LightSampler::Receiver;
+    template <class Recorder>
+    Spectrum Trace(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler, RayCounts &counts,
+                   Recorder &recorder) const;
     Spectrum SampleLights(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
                           PixelSampler &sampler, RayCounts &counts) const;
-    static Spectrum SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
-                                const Light &lamp, float samples, const Point2f &u, RayCounts &counts);
+    static bool SampleLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
+                            const Light &lamp, const Point2f &u, RayCounts &counts, LightEstimate *estimate);
     Spectrum SampleBSDFForLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
                                 PixelSampler &sampler, RayCounts &counts) const;
     Spectrum LightFound(const Scene &scene, const Ray &ray, const SurfaceInteraction *surface,
-                        const Point3f &from, const float *bsdfPdf) const;
-    float SamplesOf(const Scene &scene, int light) const;
+                        const Receiver &from, const float *bsdfPdf) const;
+    float SamplesOf(const Scene &scene, int light, const Receiver &at) const;
+    const LightShares &Shares(const Scene &scene) const {
+        return shares_ ? *shares_ : scene.Lights().SharesByPower();
+    }
     Settings settings_;
+    std::optional<LightShares> shares_; // that a pilot has found
 };
 
 } // namespace cuticle

@@ -51,6 +51,7 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
         stats->threads = job.threads;
         stats->rays = job.rays.rays;
         stats->shadowRays = job.rays.shadowRays;
+        stats->learned = job.learned;
         stats->nanSamples = job.nanSamples;
     }
     Image image = job.film.Develop();

@@ -17,6 +17,7 @@ struct RenderStats {
     int width = 0, height = 0; // of the whole picture, crop windows aside
     size_t threads = 0;
     uint64_t rays = 0, shadowRays = 0; // to find the next surface; to find whether a light is seen
+    std::string learned;               // by the integrator from a pilot, in words
     uint64_t nanSamples = 0;           // left out of the picture and reported
 };
 

@@ -32,6 +32,12 @@ Spectrum DiffuseAreaLight::Power() const {
     return L_ * (solids_->Area(geometryId_) * Pi * (twoSided_ ? 2.f : 1.f));
 }
 
+EmissionBound DiffuseAreaLight::Bound() const {
+    EmissionBound bound{.box = solids_->Bound(geometryId_), .twoSided = twoSided_};
+    solids_->Normals(geometryId_, &bound.axis, &bound.normals);
+    return bound;
+}
+
 std::unique_ptr<DiffuseAreaLight> MakeAreaLight(const Entity &entity, const SolidSet *solids,
                                                 uint32_t geometryId) {
     const ParamSet &params = entity.params;

@@ -27,6 +27,7 @@ class PointLight : public Light {
     }
     Spectrum Power() const override { return I_ * (4 * Pi); }
     bool IsDelta() const override { return true; }
+    EmissionBound Bound() const override { return {.box = {p_, p_}}; }
 
   protected:
     // Relative intensity toward w, of unit length.
@@ -34,6 +35,18 @@ class PointLight : public Light {
     Point3f p_;
     Spectrum I_;
 };
+
+// The bound of a light at p that shines into a cone around +z of its own space. A transformation may bend
+// the cone out of shape: then it is taken to shine everywhere.
+constexpr float kConeSlack = 1e-3f; // in radians, far above what rounding moves a cone's rim
+EmissionBound ConeBound(const Point3f &p, const Transform &worldToLight, float angle) {
+    EmissionBound bound{.box = {p, p}};
+    if (worldToLight.ScalesUnevenly())
+        return bound;
+    bound.axis = Normalize(worldToLight.Inverse().Vector({0, 0, 1}));
+    bound.normals = std::min(angle, Pi);
+    return bound;
+}
 
 // A point light in a cone around +z of its own space, smooth from falloffStart to totalWidth, both in
 // degrees (pbrt-v3, section 12.3.1).
@@ -44,6 +57,11 @@ class SpotLight : public PointLight {
           cosTotalWidth_(std::cos(Radians(totalWidth))), cosFalloffStart_(std::cos(Radians(falloffStart))) {}
     Spectrum Power() const override {
         return I_ * (2 * Pi * (1 - 0.5f * (cosFalloffStart_ + cosTotalWidth_)));
+    }
+    EmissionBound Bound() const override {
+        EmissionBound bound = ConeBound(p_, worldToLight_, std::acos(cosTotalWidth_));
+        bound.spread = kConeSlack;
+        return bound;
     }
 
   protected:
@@ -100,6 +118,11 @@ class ProjectionLight : public PointLight {
     }
     // Sums over the solid angles of many cells of the picture (pbrt-v3 takes the cone around it).
     Spectrum Power() const override;
+    EmissionBound Bound() const override {
+        EmissionBound bound = ConeBound(p_, worldToLight_, std::atan(std::hypot(xMax_, yMax_)));
+        bound.spread = kConeSlack;
+        return bound;
+    }
 
   protected:
     Spectrum Falloff(const Vector3f &w) const override {
@@ -151,6 +174,7 @@ class DistantLight : public Light {
         *sample = {wLight_, 1, Infinity, L_, true};
         return !L_.IsBlack();
     }
+    LightKind Kind() const override { return LightKind::Distant; }
     Spectrum Power() const override { return L_ * (Pi * Sqr(worldRadius_)); }
     bool IsDelta() const override { return true; }
 

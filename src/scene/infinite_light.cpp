@@ -21,7 +21,7 @@ class ConstantInfiniteLight : public Light {
     Spectrum Le(const Ray &) const override { return L_; }
     // Every direction sends L through the disk of the bounding sphere (pbrt-v3 omits the 4 pi).
     Spectrum Power() const override { return L_ * (4 * Pi * Pi * Sqr(worldRadius_)); }
-    bool IsInfinite() const override { return true; }
+    LightKind Kind() const override { return LightKind::Infinite; }
 
   private:
     Spectrum L_;
@@ -87,7 +87,7 @@ class MapInfiniteLight : public Light {
     }
 
     Spectrum Power() const override { return meanRadiance_ * (4 * Pi * Pi * Sqr(worldRadius_)); }
-    bool IsInfinite() const override { return true; }
+    LightKind Kind() const override { return LightKind::Infinite; }
 
   private:
     // The size of the sampling table is at most this (16 MB); finer maps are averaged.

@@ -147,45 +147,4 @@ std::unique_ptr<Light> MakeLight(const LightEntity &entity, const Bounds3f &worl
         .WithRemedy(Suggestion(entity.type, names.data(), names.size()));
 }
 
-LightSampler::LightSampler(const std::vector<const Light *> &lights) : probability_(lights.size(), 0.f) {
-    std::vector<double> power;
-    double total = 0, lit = 0;
-    for (const Light *light : lights) {
-        // The channels' mean joins in, so that a light whose luminance rounds to nothing is still a light.
-        const Spectrum p = light->Power();
-        const double y = 0.9 * double{p.y()} + 0.1 * double{p[0] + p[1] + p[2]} / 3;
-        power.push_back(y > 0 && y < HUGE_VAL ? y : 0);
-        total += power.back();
-        lit += power.back() > 0;
-    }
-    constexpr double kEven = 0.1;
-    cdf_.assign(lights.size() + 1, 0.f);
-    double sum = 0;
-    for (size_t i = 0; i < lights.size(); ++i) {
-        if (power[i] > 0)
-            sum += (1 - kEven) * power[i] / total + kEven / lit;
-        cdf_[i + 1] = static_cast<float>(sum);
-    }
-    if (lit == 0)
-        return;
-    // The last light that is lit takes what rounding left; probabilities are then what Sample does, to the
-    // bit.
-    const float last = cdf_.back();
-    for (size_t i = lights.size(); cdf_[i] == last; --i)
-        cdf_[i] = 1;
-    for (size_t i = 0; i < lights.size(); ++i)
-        probability_[i] = cdf_[i + 1] - cdf_[i];
-}
-
-int LightSampler::Sample(float u, float *probability, float *uRemapped) const {
-    if (cdf_.empty() || cdf_.back() == 0)
-        return -1;
-    u = std::clamp(u, 0.f, OneMinusEpsilon);
-    const auto light = static_cast<size_t>(std::upper_bound(cdf_.begin(), cdf_.end(), u) - cdf_.begin()) - 1;
-    *probability = probability_[light];
-    if (uRemapped)
-        *uRemapped = std::clamp((u - cdf_[light]) / probability_[light], 0.f, OneMinusEpsilon);
-    return static_cast<int>(light);
-}
-
 } // namespace cuticle

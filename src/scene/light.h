@@ -1,4 +1,4 @@
-// The lights of a scene, and the choice among them.
+// The lights of a scene.
 #pragma once
 
 #include "core/check.h"
@@ -24,6 +24,20 @@ struct LightSample {
     bool delta = false; // no other strategy can find this direction: no MIS
 };
 
+// Where a light stands, and whither it shines: what bounds the light that it can send to a point.
+struct EmissionBound {
+    Bounds3f box; // holds all points that emit
+    // Every point emits within `spread` of a direction that is within `normals` of axis, in radians; its
+    // intensity falls at least as the cosine of the angle to that direction. twoSided: toward -axis as well.
+    Vector3f axis{0, 0, 1};
+    float normals = Pi, spread = Pi / 2;
+    bool twoSided = false;
+};
+
+// What a light is to the choice of a light: paths run into Infinite ones by themselves, Distant ones are as
+// bright everywhere, and of Local ones the near are brighter.
+enum class LightKind : uint8_t { Infinite, Distant, Local };
+
 class Light {
   public:
     virtual ~Light() = default;
@@ -38,7 +52,10 @@ class Light {
     // The power in watts; of far lights the part that passes the bounding sphere of the scene.
     virtual Spectrum Power() const = 0;
     virtual bool IsDelta() const { return false; }
-    virtual bool IsInfinite() const { return false; } // Le may be other than 0
+    virtual LightKind Kind() const { return LightKind::Local; }
+    bool IsInfinite() const { return Kind() == LightKind::Infinite; } // Le may be other than 0
+    // Of a Local light.
+    virtual EmissionBound Bound() const { return {}; }
     // How many samples Integrator "directlighting" takes of this light at each hit: the scene's "samples",
     // at least 1.
     int Samples() const { return samples_; }
@@ -55,6 +72,7 @@ class DiffuseAreaLight : public Light {
     DiffuseAreaLight(const Spectrum &L, bool twoSided, const SolidSet *solids, uint32_t geometryId);
     bool Sample_Li(const Point3f &ref, const Point2f &u, LightSample *sample) const override;
     Spectrum Power() const override;
+    EmissionBound Bound() const override;
     // Radiance that leaves a point of normal n (SolidHit::n) toward w.
     Spectrum L(const Normal3f &n, const Vector3f &w) const {
         return twoSided_ || Dot(n, w) > 0 ? L_ : Spectrum(0.f);
@@ -76,23 +94,5 @@ std::unique_ptr<Light> MakeLight(const LightEntity &entity, const Bounds3f &worl
 // Makes the light of an AreaLightSource directive over one geometry of solids, which must outlive it.
 std::unique_ptr<DiffuseAreaLight> MakeAreaLight(const Entity &entity, const SolidSet *solids,
                                                 uint32_t geometryId);
-
-// Chooses one light at random: nine times in ten by power (CIE Y), else evenly among those that are not
-// black, since power says little about the light that reaches a point.
-class LightSampler {
-  public:
-    LightSampler() = default;
-    explicit LightSampler(const std::vector<const Light *> &lights);
-    // Chooses an index into lights, with its probability; -1 if all are black or there are none. u in [0,1);
-    // *uRemapped (if given) is uniform again.
-    int Sample(float u, float *probability, float *uRemapped = nullptr) const;
-    float Probability(size_t light) const {
-        DCHECK_LT(light, probability_.size());
-        return probability_[light];
-    }
-
-  private:
-    std::vector<float> probability_, cdf_; // cdf_[i]: the sum over lights before i
-};
 
 } // namespace cuticle

@@ -6,6 +6,7 @@
 #include "materials/material.h"
 #include "parser/scene_description.h"
 #include "scene/light.h"
+#include "scene/light_sampler.h"
 #include "scene/shape_group.h"
 #include "shapes/instance_set.h"
 

@@ -474,16 +474,19 @@ struct Quadric::Viewer {
     double cone = 0; // 1 - cos of half the angle that a full sphere subtends, seen from outside; else 0
 };
 Quadric::Viewer Quadric::ViewerAt(const Point3f &ref) const {
-    const Vector3d world(ref), p = worldToObject_.Point(world), q = Refined(p), off = Abs(q - p);
-    // Twice what rounding to single precision moves a point, and what the transformations round off.
-    const Vector3d rounding = Abs(world) * 0x1p-23;
-    Viewer viewer{world, true};
+    const Vector3d world(ref), p = worldToObject_.Point(world), q = Refined(p);
+    // Twice what rounding to single precision moves a point, and what the transformations round off. All
+    // coordinates together move it off the surface: each by itself may have to move farther than it was
+    // rounded to come back along the normal.
+    const Vector3d rounding = Abs(world) * 0x1p-23, n = ObjectNormal(q);
+    double reach = 0;
     for (int i = 0; i < 3; ++i) {
         const double *row = worldToObject_.m[i];
         const double bound = std::abs(row[0]) * rounding.x + std::abs(row[1]) * rounding.y +
                              std::abs(row[2]) * rounding.z + 0x1p-48 * (std::abs(row[3]) + std::abs(q[i]));
-        viewer.onSurface = viewer.onSurface && off[i] <= bound; // false for NaN: the centre of a sphere
+        reach += std::abs(n[i]) * bound;
     }
+    Viewer viewer{world, std::abs(Dot(q - p, n)) <= reach}; // false for NaN: the centre of a sphere
     if (viewer.onSurface)
         viewer.p = objectToWorld_.Point(q);
     const double d2 = (center_ - world).LengthSquared(), r2 = worldRadius_ * worldRadius_;

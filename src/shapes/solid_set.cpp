@@ -315,6 +315,25 @@ float SolidSet::Area(uint32_t geometryId) const {
     return static_cast<float>(g.quadric ? g.quadric->WorldArea() : g.mesh->Area());
 }
 
+Bounds3f SolidSet::Bound(uint32_t geometryId) const {
+    const SolidGeometry &g = impl_->geometries[geometryId];
+    if (g.quadric)
+        return g.quadric->empty ? Bounds3f() : g.quadric->WorldBounds();
+    return g.mesh->WorldBound();
+}
+
+void SolidSet::Normals(uint32_t geometryId, Vector3f *axis, float *angle) const {
+    const SolidGeometry &g = impl_->geometries[geometryId];
+    *axis = {0, 0, 1}, *angle = Pi;
+    if (g.mesh)
+        return g.mesh->Normals(axis, angle);
+    if (g.quadric->kind != QuadricKind::Disk || g.quadric->empty)
+        return;
+    ShapeSample point;
+    if (g.quadric->Sample({0.5f, 0.5f}, &point)) // a disk has one normal
+        *axis = Vector3f(point.n), *angle = 0;
+}
+
 bool SolidSet::Sample(uint32_t geometryId, const Point2f &u, ShapeSample *sample) const {
     const SolidGeometry &g = impl_->geometries[geometryId];
     return g.quadric ? g.quadric->Sample(u, sample) : g.mesh->Sample(u, sample);

@@ -109,6 +109,9 @@ class SolidSet {
     // --- for area lights ---
     // Returns the area in world space.
     float Area(uint32_t geometryId) const;
+    Bounds3f Bound(uint32_t geometryId) const; // empty where the geometry has no surface
+    // Finds a direction and an angle around it, in radians, that holds every normal (SolidHit::n).
+    void Normals(uint32_t geometryId, Vector3f *axis, float *angle) const;
     // Samples a point uniformly over the area (for a quadric under a transformation that is no similarity:
     // uniform in object space, with the density that makes; for a hyperboloid uniform in z and phi). u in
     // [0,1)^2. False for a shape of no area, and where a hyperboloid of two sheets has none.

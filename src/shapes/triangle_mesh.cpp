@@ -200,6 +200,21 @@ bool TracedMesh::Sample(const Point2f &u, ShapeSample *sample) const {
     return Sample(u, sample, &triangle, &p);
 }
 
+void TracedMesh::Normals(Vector3f *axis, float *angle) const {
+    *axis = {0, 0, 1}, *angle = Pi;
+    Vector3d mean;
+    for (size_t i = 0; i < Triangles(); ++i)
+        mean += AreaNormal(i);
+    if (!mesh_.n.empty() || !(mean.LengthSquared() > 0))
+        return;
+    mean = OrientedNormal(mean, {});
+    double cosine = 1;
+    for (size_t i = 0; i < Triangles(); ++i)
+        cosine = std::min(cosine, Dot(OrientedNormal(AreaNormal(i), {}), mean));
+    *axis = Vector3f(mean);
+    *angle = static_cast<float>(std::acos(std::clamp(cosine, -1., 1.)));
+}
+
 // Returns the height of ref above the plane of a triangle, on the side of AreaNormal; 0 where it is no more
 // than what ref's rounded coordinates leave open.
 double TracedMesh::HeightAbove(size_t triangle, const Point3f &ref) const {

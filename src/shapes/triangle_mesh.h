@@ -58,6 +58,9 @@ class TracedMesh {
     // Computes all of a hit but t and the ids of its shape.
     void FillHit(size_t triangle, const Vector3d &b, SolidHit *hit) const;
 
+    // Finds a direction and an angle around it, in radians, that holds every normal (SolidHit::n): pi where
+    // vertex normals may turn them from point to point.
+    void Normals(Vector3f *axis, float *angle) const;
     // In world space.
     double Area() const;
     // Samples a point uniformly over the area; pdf is per area. u in [0, 1)^2. False where there is none.

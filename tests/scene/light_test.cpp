@@ -517,8 +517,6 @@ TEST(LightsInNamedSystems, AreWhereTheyWerePut) {
     EXPECT_LT(distance(position(*lights[6], {1, 1, 1}), {10, 0, 0}), 1e-5f); // AttributeEnd restores
 }
 
-// --- choice -------------------------------------------------------------------------------------------
-
 // --- all lights -------------------------------------------------------------------------------------------
 
 // Places near and far from a light at the origin, in it, and on the axes, which maps and cones treat apart.
@@ -568,49 +566,6 @@ TEST(Lights, SamplesHoldAtTheEnds) {
                     });
                 EXPECT_GT(sampled, 0) << name;
             }
-}
-
-TEST(LightSampler, ChoosesByPowerWithAFloor) {
-    std::vector<std::unique_ptr<Light>> lights;
-    std::vector<const Light *> pointers;
-    for (const double I : {1., 0., 1000., 10., 0.}) {
-        LightEntity entity = Named("point");
-        Set(&entity.params, ParamType::Spectrum, "I", {I, I, I});
-        lights.push_back(MakeLight(entity, kUnitBound));
-        pointers.push_back(lights.back().get());
-    }
-    const LightSampler sampler(pointers);
-    double sum = 0;
-    for (int i = 0; i < 5; ++i)
-        sum += static_cast<double>(sampler.Probability(i));
-    EXPECT_NEAR(sum, 1, 1e-6);
-    for (const int black : {1, 4})
-        EXPECT_EQ(sampler.Probability(black), 0);
-    EXPECT_NEAR(sampler.Probability(0), 0.9 / 1011 + 0.1 / 3, 1e-6);
-    EXPECT_NEAR(sampler.Probability(2), 0.9 * 1000 / 1011 + 0.1 / 3, 1e-6);
-    // The frequencies of stratified samples are the probabilities, and what is left of u is uniform again.
-    constexpr int n = 100000;
-    std::array<int, 5> counts{};
-    std::array<double, 5> rest{};
-    for (int i = 0; i < n; ++i) {
-        float probability, remapped;
-        const int k = sampler.Sample((static_cast<float>(i) + 0.5f) / n, &probability, &remapped);
-        ASSERT_TRUE(k >= 0 && k < 5);
-        ASSERT_EQ(probability, sampler.Probability(k));
-        ASSERT_TRUE(remapped >= 0 && remapped < 1);
-        ++counts[static_cast<size_t>(k)];
-        rest[static_cast<size_t>(k)] += static_cast<double>(remapped);
-    }
-    for (size_t k = 0; k < 5; ++k) {
-        EXPECT_NEAR(counts[k] / static_cast<double>(n), sampler.Probability(static_cast<int>(k)), 2. / n);
-        if (counts[k] > 0) {
-            EXPECT_NEAR(rest[k] / counts[k], 0.5, 2e-3);
-        }
-    }
-    float probability;
-    EXPECT_EQ(sampler.Sample(OneMinusEpsilon, &probability), 3) << "the last light that is lit";
-    EXPECT_EQ(LightSampler().Sample(0.5f, &probability), -1);
-    EXPECT_EQ(LightSampler({pointers[1]}).Sample(0.5f, &probability), -1);
 }
 
 // --- names and nonsense -------------------------------------------------------------------------------
