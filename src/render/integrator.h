@@ -34,7 +34,7 @@ class Integrator {
                         RayCounts &counts) const = 0;
     // Learns from a pilot how to spend the samples best; the expected picture stays. Once, before any Li.
     virtual void Learn(const Pilot & /*pilot*/, const Scene & /*scene*/) {}
-    // What was learned, in words for the statistics; empty where nothing was.
+    // Says what was learned, in words for the statistics; empty where nothing was.
     virtual std::string Learned() const { return {}; }
 };
 

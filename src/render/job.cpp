@@ -209,12 +209,12 @@ Spectrum RenderJob::TakeSample(int x, int y, int sample, PixelSampler *sampler, 
 // Lets the integrator learn from a pilot that is small beside the render, unless a useful one would not be.
 // The whole picture and all its samples count, so that parts of a render learn the same.
 void RenderJob::Learn() {
-    constexpr double kLeastPaths = 512, kMostPaths = 4096, kPart = 1. / 32;
+    constexpr double kMinPaths = 512, kMaxPaths = 4096, kPart = 1. / 32;
     constexpr int kSamples = 2; // the fewest that show a variance
     const Point2i size = film_.Resolution();
     const double paths =
-        std::min(kMostPaths, static_cast<double>(size.x) * static_cast<double>(size.y) * spp_ * kPart);
-    if (!madeIntegrator_ || paths < kLeastPaths)
+        std::min(kMaxPaths, static_cast<double>(size.x) * static_cast<double>(size.y) * spp_ * kPart);
+    if (!madeIntegrator_ || paths < kMinPaths)
         return;
     Pilot pilot;
     const double spacing =

@@ -104,7 +104,7 @@ double LightShareCost(std::span<const LightPilotPath> paths, const Pilot &pilot,
 LightShares LearnLightShares(std::span<const LightPilotPath> paths, const Pilot &pilot,
                              const LightSampler &lights) {
     // A few paths do not know of light that is rare: every kind keeps a share.
-    constexpr float kLeast = 0.05f;
+    constexpr float kMinShare = 0.1f;
     const std::vector<double> weights = WeightsOf(paths, pilot);
     const auto samples = static_cast<size_t>(pilot.samples);
     LightShares best = lights.SharesByPower();
@@ -112,14 +112,14 @@ LightShares LearnLightShares(std::span<const LightPilotPath> paths, const Pilot 
     const auto attempt = [&](LightShares shares) {
         float sum = 0, floors = 0;
         for (size_t kind = 0; kind < shares.size(); ++kind) {
-            const float floor = lights.Has(static_cast<LightKind>(kind)) ? kLeast : 0;
+            const float floor = lights.Has(static_cast<LightKind>(kind)) ? kMinShare : 0;
             shares[kind] = floor > 0 ? std::max(shares[kind] - floor, 0.f) : 0; // above the floor
             sum += shares[kind], floors += floor;
         }
         const float scale = sum > 1 - floors ? (1 - floors) / sum : 1;
         for (size_t kind = 0; kind < shares.size(); ++kind)
             if (lights.Has(static_cast<LightKind>(kind)))
-                shares[kind] = shares[kind] * scale + kLeast;
+                shares[kind] = shares[kind] * scale + kMinShare;
         const double cost = CostOf(paths, weights, samples, shares);
         if (!(cost < least))
             return false;

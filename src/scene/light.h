@@ -24,7 +24,7 @@ struct LightSample {
     bool delta = false; // no other strategy can find this direction: no MIS
 };
 
-// Where a light stands, and whither it shines: what bounds the light that it can send to a point.
+// Says where a light stands and whither it shines, which bounds the light that it can send to a point.
 struct EmissionBound {
     Bounds3f box; // holds all points that emit
     // Every point emits within `spread` of a direction that is within `normals` of axis, in radians; its
@@ -34,7 +34,7 @@ struct EmissionBound {
     bool twoSided = false;
 };
 
-// What a light is to the choice of a light: paths run into Infinite ones by themselves, Distant ones are as
+// Tells lights apart for the choice of one: paths run into Infinite ones by themselves, Distant ones are as
 // bright everywhere, and of Local ones the near are brighter.
 enum class LightKind : uint8_t { Infinite, Distant, Local };
 
@@ -54,7 +54,7 @@ class Light {
     virtual bool IsDelta() const { return false; }
     virtual LightKind Kind() const { return LightKind::Local; }
     bool IsInfinite() const { return Kind() == LightKind::Infinite; } // Le may be other than 0
-    // Of a Local light.
+    // The bound of a Local light; others have none.
     virtual EmissionBound Bound() const { return {}; }
     // How many samples Integrator "directlighting" takes of this light at each hit: the scene's "samples",
     // at least 1.

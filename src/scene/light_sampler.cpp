@@ -62,7 +62,7 @@ double EmissionMeasure(const EmissionBound &bound) {
                         (2 * e * std::sin(o) - std::cos(o - 2 * e) - 2 * o * std::sin(o) + std::cos(o)));
 }
 
-// What a node costs as an estimate of all lights in it: their power, spread over places and directions.
+// Estimates what it costs to hold lights in one node: their power, spread over places and directions.
 double SplitCost(const EmissionBound &bound, double power) {
     return power > 0 ? power * double{bound.box.Diagonal().LengthSquared()} * EmissionMeasure(bound) : 0;
 }
@@ -243,8 +243,10 @@ float LightSampler::Importance(const Node &node, const Receiver &receiver) {
         return 0;
     float importance = node.power * std::max(beyond.cos, 1e-4f) / farness;
     if (receiver.n.LengthSquared() > 0) {
+        // The shading normal may be turned far from this one, toward a light at its horizon.
+        constexpr float kMinCosine = 0.2f;
         const float cosReceiver = std::min(1.f, AbsDot(receiver.n, w));
-        importance *= std::max(Minus({cosReceiver, SinOf(cosReceiver)}, seen).cos, 1e-4f);
+        importance *= std::max(Minus({cosReceiver, SinOf(cosReceiver)}, seen).cos, kMinCosine);
     }
     return importance;
 }

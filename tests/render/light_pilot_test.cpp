@@ -1,4 +1,4 @@
-// What a pilot learns: the least of a function that is known, and nothing from what tells nothing.
+// A pilot finds the minimum of a function that is known, and learns nothing from what tells nothing.
 #include "render/light_pilot.h"
 
 #include "render/plugins.h"
@@ -37,13 +37,13 @@ class LightPilot : public ::testing::Test {
 };
 
 // With delta lights a and b the variance is a^2/p + b^2/q - (a + b)^2, least at p : q = a : b.
-TEST_F(LightPilot, FindsTheKnownLeast) {
+TEST_F(LightPilot, FindsTheKnownMinimum) {
     LightPilotPath path;
     path.sampled.push_back({});
     path.sampled[0][1] = {3, 1, 0};
     path.sampled[0][2] = {1, 1, 0};
     const LightShares shares = LearnFrom(path);
-    EXPECT_EQ(shares[0], 0.05f) << "the sky gives nothing";
+    EXPECT_EQ(shares[0], 0.1f) << "the sky gives nothing";
     EXPECT_NEAR(shares[1] / shares[2], 3, 0.3);
     EXPECT_NEAR(shares[0] + shares[1] + shares[2], 1, 0.05) << "no noise but the choice: more is better";
 }
@@ -55,15 +55,15 @@ TEST_F(LightPilot, DoesNotSampleWhatIsFoundAnyway) {
     path.sampled.push_back({});
     path.sampled[0][0] = {1e-3f, 1e-3f, 1e3f};
     const LightShares shares = LearnFrom(path);
-    EXPECT_LE(shares[0], 0.055f);
-    EXPECT_LE(shares[1] + shares[2], 0.11f);
+    EXPECT_LE(shares[0], 0.11f);
+    EXPECT_LE(shares[1] + shares[2], 0.21f);
 }
 
-// What nothing else finds keeps its least share, and kinds that are not there get none.
-TEST_F(LightPilot, KeepsALeastShare) {
+// Every kind of light keeps a share, and kinds that are not there get none.
+TEST_F(LightPilot, KeepsAMinShare) {
     const LightShares shares = LearnFrom({});
     for (const float share : shares)
-        EXPECT_GE(share, 0.0499f);
+        EXPECT_GE(share, 0.0999f);
     std::vector<LightPilotPath> paths(200);
     EXPECT_EQ(LearnLightShares(paths, pilot_, LightSampler({&sky_}))[2], 0);
 }
@@ -115,7 +115,7 @@ TEST(LightPilotRender, SparesTheDimSky) {
                           &infinite, &local),
               2)
         << stats.learned;
-    EXPECT_LT(infinite, 0.2f);
+    EXPECT_LT(infinite, 0.2f); // by power it would be more than half
     EXPECT_GT(local, 0.6f);
 }
 

@@ -118,8 +118,8 @@ const EmittingBody kEmittingBodies[] = {
      "1 1] \"integer indices\" [0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 2 3 7 2 7 6 0 4 7 0 7 3 1 2 6 "
      "1 6 5]"},
 };
-// A convex emitter seen from outside sends its own radiance and no more, though its material passes light: from
-// its surface nothing of it is seen, neither beyond the horizon nor through itself.
+// A convex emitter seen from outside sends its own radiance and no more, though its material passes light:
+// from its surface nothing of it is seen, neither beyond the horizon nor through itself.
 TEST(Furnace, ConvexEmittersDoNotLightThemselves) {
     for (const EmittingBody &body : kEmittingBodies) {
         if (std::string(body.name) == "hyperboloid") // it has a waist
@@ -276,7 +276,7 @@ Shape "trianglemesh" "point P" [-9 -9 0 9 -9 0 9 9 0 -9 9 0] "integer indices" [
         EXPECT_NEAR(all.value[c], apart.value[c],
                     5 * std::hypot(all.standardError[c], apart.standardError[c]));
     }
-    // Lamps that no path finds by chance: none is lost on a choice. (Of a dome the one knows that paths find it.)
+    // Lamps that no path finds by chance: none is lost on a choice. (Paths find a dome, and "one" knows it.)
     scene.erase(scene.find(kWhiteDome), std::string(kWhiteDome).size());
     const Mean allLamps = picture("", "", 4), oneLamp = picture("\"string strategy\" \"one\"", "", 5);
     for (size_t c = 0; c < 3; ++c)

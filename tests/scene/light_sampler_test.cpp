@@ -1,5 +1,5 @@
-// The choice of a light: probabilities that are what is done, lights that are never forgotten, and the noise of
-// many lamps.
+// The choice of a light: probabilities that are what is done, lights that are never forgotten, and the noise
+// of many lamps.
 #include "scene/light_sampler.h"
 
 #include "core/sampling.h"
