@@ -27,7 +27,8 @@ struct LightEstimate {
 // One path of a pilot, by kinds of light (LightKind): luminances with the path's throughput in them, before
 // they are weighed.
 struct LightPilotPath {
-    // A sample of a kind of light at a surface. pdf: the kind's own density; bsdfPdf 0: no other way finds it.
+    // A sample of a kind of light at a surface. pdf: the kind's own density; bsdfPdf 0: no other way finds
+    // it.
     struct Sampled {
         float value = 0, pdf = 1, bsdfPdf = 0;
     };

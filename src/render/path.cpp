@@ -29,6 +29,7 @@ static LightSampler::Receiver ReceiverAt(const SurfaceInteraction &si, const BSD
 //<
 
 // The recorder is told what the path meets; that of a picture does nothing.
+// Long because: it is one loop, whose steps the chapter shows one by one.
 template <class Recorder>
 Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
                                RayCounts &counts, Recorder &recorder) const {

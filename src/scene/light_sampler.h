@@ -27,8 +27,8 @@ class LightSampler {
     // Shares by power and number, for whoever knows no better.
     const LightShares &SharesByPower() const { return powerShares_; }
 
-    // A place where light is to arrive. n: the normal of a surface that is lit from both its sides, of unit length;
-    // zero for a fiber, which is lit from all around.
+    // A place where light is to arrive. n: the normal of a surface that is lit from both its sides, of unit
+    // length; zero for a fiber, which is lit from all around.
     struct Receiver {
         Point3f p;
         Vector3f n;
