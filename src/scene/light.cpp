@@ -125,7 +125,12 @@ constexpr PluginInfo kAreaLights[] = {
 
 const PluginTable &LightPlugins() {
     static const PluginTable table{
-        PluginKind::Light, PluginInfos(kLights), {}, {"infinitesample"}, "maps are sampled by importance"};
+        PluginKind::Light,
+        PluginInfos(kLights),
+        {},
+        {"infinitesample"},
+        "maps are sampled by importance; how often which kind is asked is learned from a pilot, near ones of "
+        "many are found by a tree"};
     return table;
 }
 
