@@ -91,10 +91,19 @@ size_t StartableThreads(size_t wanted) {
     if (threads.size() + 1 >= wanted)
         return wanted;
     // The other half of the room is left for whatever else the program needs; and those of this half start
-    // now, while there is room.
+    // now, while there is room: each waits for all others, on a busy machine for a second at most. The loop
+    // has an arena of its own, as one that is not asked for takes no more threads than there are cores.
     const size_t count = (threads.size() + 1) / 2 + (threads.empty() ? 1 : 0);
     const ThreadLimit limit(count);
-    ParallelFor(8 * count, [](size_t) { std::this_thread::sleep_for(std::chrono::milliseconds(1)); });
+    std::atomic<size_t> started = 0;
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+    OnThreads(count, [&] {
+        ParallelFor(count, [&](size_t) {
+            ++started;
+            while (started < count && std::chrono::steady_clock::now() < deadline)
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        });
+    });
     return count;
 }
 

@@ -126,7 +126,7 @@ struct PublishedForm {
 // A model with some own parameters set; the first form of a row is the model as it comes. Laws that do not
 // hold are stated as broken: see tests/fibers/model_laws.h.
 struct FiberForm {
-    std::string_view name; // "six lobes"; empty for the first
+    std::string_view name = {}; // "six lobes"; empty for the first
     std::vector<OwnValue> own = {};
     float h = 0.4f;
     double energyTolerance = 0; // a white fiber returns all light, to within this; 0: it promises nothing

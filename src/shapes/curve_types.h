@@ -32,7 +32,7 @@ struct CurveSegment {
     Point3f cp[4];
     float width[2];
     uint32_t group = 0;
-    StrandPart part;
+    StrandPart part = {};
 };
 
 // The normals of a ribbon at u = 0 and u = 1.

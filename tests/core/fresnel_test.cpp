@@ -52,9 +52,10 @@ TEST(Fresnel, ConductorIsFiniteForAllFloats) {
             for (const float cosine : {0.f, 1e-30f, 1e-6f, 0.3f, 0.9f, 1.f}) {
                 const float r = FrConductor(cosine, eta, k);
                 EXPECT_TRUE(r >= 0 && r <= 1) << eta << " + i " << k << " at " << cosine << ": " << r;
-                if (cosine > 0 && (k > 1e-6f || eta > 2)) // apart from total reflection and its border
-                    EXPECT_NEAR(r, Reference<long double>(cosine, {eta, k}), 3e-6)
+                if (cosine > 0 && (k > 1e-6f || eta > 2)) { // apart from total reflection and its border
+                    EXPECT_NEAR(r, static_cast<double>(Reference<long double>(cosine, {eta, k})), 3e-6)
                         << eta << " + i " << k << " at " << cosine;
+                }
             }
 }
 
