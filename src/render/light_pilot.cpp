@@ -121,7 +121,7 @@ LightShares LearnLightShares(std::span<const LightPilotPath> paths, const Pilot 
             if (lights.Has(static_cast<LightKind>(kind)))
                 shares[kind] = shares[kind] * scale + kMinShare;
         const double cost = CostOf(paths, weights, samples, shares);
-        if (!(cost < least))
+        if (!(cost < 0.9999 * least)) // less is not worth a step, and the search ends
             return false;
         best = shares, least = cost;
         return true;
