@@ -433,7 +433,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             raise BookError(chapter, 0, woven.stderr.strip())
         result = MARK.sub(lambda m: self.listing(self.held[int(m[1])][1]) if isinstance(self.held[int(m[1])], tuple)
                           and self.held[int(m[1])][0] == "listing" else m[0], woven.stdout)
-        result = re.sub(r'href="(\d\d-[\w-]+)\.md', r'href="\1.html', result)
+        result = re.sub(r'href="((?:\d\d|[A-Z])-[\w-]+)\.md', r'href="\1.html', result)
         result = re.sub(r'src="run:([^"]+)"', lambda m: self.picture(m[1], chapter), result)
         result = re.sub(r"<p>((?:<img [^>]*/>\s*)+)</p>", self.with_captions, result)
         result = re.sub(r'<table style="[^"]*">\s*<colgroup>[\s\S]*?</colgroup>', "<table>", result)  # columns as wide as what is in them
@@ -677,7 +677,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
             body = re.sub(r'\sid="([^"]+)"', rf' id="{prefix}--\1"', self.pages[page][1])
             body = re.sub(r'href="#([^"]+)"', rf'href="#{prefix}--\1"', body)
             body = MARK.sub(lambda m: self.held[int(m[1])] if isinstance(self.held[int(m[1])], str) else m[0], body)
-            body = re.sub(r'href="(\d\d-[\w-]+)\.html(?:#([^"]+))?"', lambda m: f'href="#{m[1]}--{m[2]}"' if m[2] else f'href="#{m[1]}"', body)
+            body = re.sub(r'href="((?:\d\d|[A-Z])-[\w-]+)\.html(?:#([^"]+))?"', lambda m: f'href="#{m[1]}--{m[2]}"' if m[2] else f'href="#{m[1]}"', body)
             bodies.append(f'<section id="{prefix}">{body}</section>')
         text = self.unmark('<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Cuticle</title><link rel="stylesheet" href="katex/katex.min.css">'
                            '<link rel="stylesheet" href="book.css"></head><body class="print"><h1 class="title">Cuticle</h1><p>The book of the program.</p>'

@@ -5,7 +5,7 @@ In a literate source, `//> Name of the step, with $math$` opens a chunk and `//<
 `#>` and `#<`). Chunks nest. A name opened again in the same file continues that chunk: it then has several pieces.
 Every line of a literate file lies inside a chunk.
 
-In a chapter (literate_docs/NN-name.md) a line that holds only ⟨Name⟩ shows the next piece of that name that no line
+In a chapter (literate_docs/NN-name.md, in an appendix A-name.md) a line that holds only ⟨Name⟩ shows the next piece of that name that no line
 before it has shown, reading the chapters in the order of their names. Inside a sentence, ⟨Name⟩ is a link. A name may
 be broken over two lines there. Where several files have a chunk of one name, the file is named too, by as much of
 the end of its path as tells it from the others: ⟨path.h: Name⟩. The file may always be named. Text between ` or
@@ -59,7 +59,7 @@ LITERATE = [
     "src/images/flip.*",
     "src/images/planes.*",
 ]
-CHAPTERS = "literate_docs/[0-9][0-9]-*.md"
+CHAPTERS = "literate_docs/[0-9A-Z]*-*.md"  # numbered chapters, then appendices by letter
 
 OPEN = re.compile(r"\s*(?://|#)>(.*)")
 CLOSE = re.compile(r"\s*(?://|#)<(.*)")
@@ -311,7 +311,7 @@ class Check:
             if len(where) >= 3 and symbol not in known and not re.match("[a-z]", symbol):
                 self.error(where[0], 1, f"${symbol}$ is used in {len(where)} chapters and has no row in {notation}")
         for symbols, row in rows:
-            for chapter in re.findall(r"\]\((\d\d-[\w-]+\.md)\)", row):
+            for chapter in re.findall(r"\]\(((?:\d\d|[A-Z])-[\w-]+\.md)\)", row):
                 name = next((n for n in used if n.endswith("/" + chapter)), None)
                 if name and not symbols & used[name]:
                     self.error(notation, table[:table.index(row)].count("\n") + 1, f"{chapter} does not use {row.split('|')[1].strip()}")

@@ -102,14 +102,14 @@ class LiterateCheck(unittest.TestCase):
 
     def test_symbols_and_works_stand_in_the_appendices(self):
         chapters = {f"literate_docs/0{k}-a.md": f"# {k} A\n\n$\\theta_i$ and $x$, by Veach and Guibas (1995).\n" for k in (1, 2, 3)}
-        notation, works = "literate_docs/19-notation.md", "literate_docs/20-bibliography.md"
+        notation, works = "literate_docs/B-notation.md", "literate_docs/C-bibliography.md"
         row, entry = "# B\n\n| a | b |\n| --- | --- |\n| $\\theta_i$ | angle | [1](01-a.md) |\n", "# C\n\n- **Veach and Guibas 1995.** Eric Veach: *Optimally.*\n"
         self.assert_good({**chapters, notation: row, works: entry})
         self.assert_errors({**chapters, notation: row.replace("_i", "_o"), works: entry},
-                           "literate_docs/01-a.md:1: error: $\\theta_i$ is used in 3 chapters and has no row in literate_docs/19-notation.md",
-                           "literate_docs/19-notation.md:5: error: 01-a.md does not use $\\theta_o$")
+                           "literate_docs/01-a.md:1: error: $\\theta_i$ is used in 3 chapters and has no row in literate_docs/B-notation.md",
+                           "literate_docs/B-notation.md:5: error: 01-a.md does not use $\\theta_o$")
         self.assert_errors({**chapters, notation: row, works: entry.replace("1995", "1996")},
-                           *(f"literate_docs/0{k}-a.md:3: error: Veach and Guibas (1995 is not in literate_docs/20-bibliography.md" for k in (1, 2, 3)))
+                           *(f"literate_docs/0{k}-a.md:3: error: Veach and Guibas (1995 is not in literate_docs/C-bibliography.md" for k in (1, 2, 3)))
 
     # --- the command -----------------------------------------------------------------------------------------------
     def run_command(self, files, *options):

@@ -9,7 +9,7 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-APPENDIX = ROOT / "literate_docs" / "21-working-on-cuticle.md"
+APPENDIX = ROOT / "literate_docs" / "D-working-on-cuticle.md"
 
 
 def wrong(text, root):
