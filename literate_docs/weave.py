@@ -58,6 +58,7 @@ LITERATE = [
     "src/images/compare.*",
     "src/images/flip.*",
     "src/images/planes.*",
+    "src/volume/**/*",
 ]
 CHAPTERS = "literate_docs/[0-9A-Z]*-*.md"  # numbered chapters, then appendices by letter
 

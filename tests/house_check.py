@@ -32,6 +32,7 @@ ROOMS = {
     "fibers": {"core"},
     "shapes": {"core", "files"},
     "grooms": {"core", "files"},
+    "volume": {"core", "files", "grooms"},
     "parser": {"core", "files", "shapes"},
     "materials": {"core", "files", "images", "fibers", "shapes", "parser"},
 }
