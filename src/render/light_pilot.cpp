@@ -85,8 +85,9 @@ double CostOf(std::span<const LightPilotPath> paths, const std::vector<double> &
             sum += m.mean, squares += m.mean * m.mean, chosen += m.variance;
         }
         const auto n = static_cast<double>(samples);
-        const double ofPaths = (squares - sum * sum / n) / (n - 1), v = ofPaths + chosen / n;
-        if (std::isfinite(v)) // a path through a broken BSDF says nothing
+        const double ofPaths = (squares - sum * sum / n) / (n - 1);
+        const double v = std::max(0., ofPaths + chosen / n); // rounding may leave less than nothing
+        if (std::isfinite(v))                                // a path through a broken BSDF says nothing
             variance += weights[cell] * v;
     }
     const double lightSamples = double{shares[0]} + double{shares[1]} + double{shares[2]};
@@ -126,9 +127,11 @@ LightShares LearnLightShares(std::span<const LightPilotPath> paths, const Pilot 
         best = shares, least = cost;
         return true;
     };
-    // Steps shrink until none helps.
-    for (const float step : {4.f, 2.f, 1.3f, 1.1f})
-        for (bool improved = true; improved;) {
+    // Steps shrink until none helps, or soon.
+    constexpr int kMaxRounds = 16;
+    for (const float step : {4.f, 2.f, 1.3f, 1.1f}) {
+        bool improved = true;
+        for (int round = 0; improved && round < kMaxRounds; ++round) {
             improved = false;
             for (size_t kind = 0; kind < best.size(); ++kind)
                 for (const float factor : {step, 1 / step}) {
@@ -142,6 +145,7 @@ LightShares LearnLightShares(std::span<const LightPilotPath> paths, const Pilot 
             improved |= attempt(fewer);
             improved |= attempt(more);
         }
+    }
     return best;
 }
 //<

@@ -83,8 +83,8 @@ struct InstanceSet::Impl {
 
     // Whether a ray may meet anything at all.
     bool Accepts(const Ray &ray) const {
-        return scene && IsWithinReach(ray.o) && IsFinite(ray.d) && ray.d.LengthSquared() > 0 &&
-               ray.tMax > ray.tMin;
+        return scene && IsWithinReach(ray.o) && IsWithinReach(Point3f() + ray.d) &&
+               ray.d.LengthSquared() > 0 && ray.tMax > ray.tMin;
     }
 };
 
@@ -99,6 +99,16 @@ uint32_t InstanceSet::Add(const Transform &objectToWorld, const Bounds3f &object
     const auto &m = objectToWorld.M();
     if (m[3][0] != 0 || m[3][1] != 0 || m[3][2] != 0)
         throw Error("the instance's transformation is not affine (last row of the matrix)");
+    // Directions of rays in the object are as long as the inverse makes them, and the accelerators bear them
+    // up to kMaxCoordinate; shorter than its inverse, their squares are lost.
+    float widest = 0;
+    for (const Transform &t : {objectToWorld, objectToWorld.Inverse()})
+        for (size_t row = 0; row < 3; ++row)
+            for (size_t column = 0; column < 3; ++column)
+                widest = std::max(widest, static_cast<float>(std::abs(t.M()[row][column])));
+    if (!(widest <= kMaxCoordinate))
+        throw Error("the instance's transformation is extreme: it scales by {:g} or by the inverse", widest)
+            .WithRemedy("it may be up to 1e18: scale the object's shapes instead");
     Bounds3f bound;
     if (!objectBound.IsEmpty()) {
         bound = objectToWorld(objectBound);

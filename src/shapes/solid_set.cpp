@@ -155,7 +155,7 @@ struct SolidSet::Impl {
     uint32_t Add(Quadric quadric, uint32_t shapeId);
     // Whether a ray may meet anything at all.
     bool Accepts(const Ray &ray) const {
-        return committed && !geometries.empty() && IsWithinReach(ray.o) && IsFinite(ray.d) &&
+        return committed && !geometries.empty() && IsWithinReach(ray.o) && IsWithinReach(Point3f() + ray.d) &&
                ray.d.LengthSquared() > 0 && ray.tMax > ray.tMin && ray.tMax > 0;
     }
 };

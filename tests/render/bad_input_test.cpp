@@ -223,7 +223,19 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
          "Shape \"sphere\" \"float radius\" 30 ObjectBegin \"a\" Shape \"sphere\" \"float radius\" 1e17 "
          "ObjectEnd Scale 1e-17 1e-17 1e-17 ObjectInstance \"a\" Identity",
          "error: the instance's transformation is extreme"},
-        {"", "ObjectBegin \"a\" Shape \"sphere\" ObjectEnd Scale 3e18 1 1 ObjectInstance \"a\" Identity",
+        // ... whose origins are near and whose directions are long, or too short
+        {"",
+         "Scale 1e-17 1e-17 1e-17 ObjectBegin \"a\" Shape \"sphere\" \"float radius\" 1e17 ObjectEnd "
+         "Scale 1e-17 1e-17 1e-17 ObjectInstance \"a\" Identity",
+         "error: the instance's transformation is extreme: it scales by 1e+34"},
+        {"",
+         "ObjectBegin \"a\" Shape \"sphere\" \"float radius\" 1e-20 ObjectEnd Scale 1e21 1e21 1e21 "
+         "ObjectInstance \"a\" Identity",
+         "error: the instance's transformation is extreme: it scales by 1e+21"},
+        {"",
+         "ObjectBegin \"a\" Shape \"sphere\" \"float radius\" 10 ObjectEnd Scale 3e17 1 1 ObjectInstance "
+         "\"a\" "
+         "Identity",
          "the instance's coordinates are not finite or beyond 1e18"},
         // Textures
         {"", "Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 1000000000", "dimension"},
