@@ -46,7 +46,7 @@ BEHIND = [
     (r"tbb/|oneapi/", r"src/core/parallel\.cpp"),
     (r"glog/", r"src/core/check\.(h|cpp)"),
     (r"zlib\.h", r"src/files/.*"),
-    (r"OpenEXR/|Imath|png\.h|stb/", r"src/images/.*"),
+    (r"OpenEXR/|Imath|png\.h|jpeglib\.h|stb/", r"src/images/.*"),
     (r"embree[34]/", r"src/shapes/.*"),
 ]
 

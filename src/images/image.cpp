@@ -22,9 +22,9 @@ struct ImageFormat {
 // To add one: a row here, functions in formats.h and a file of its own; DecodeImage's message lists all
 // endings.
 constexpr ImageFormat kFormats[] = {
-    {".exr", ReadEXR, EncodeEXR},  {".pfm", ReadPFM, nullptr},   {".png", ReadPNG, EncodePNG},
-    {".tga", ReadByStb, nullptr},  {".hdr", ReadByStb, nullptr}, {".jpg", ReadByStb, nullptr},
-    {".jpeg", ReadByStb, nullptr},
+    {".exr", ReadEXR, EncodeEXR}, {".pfm", ReadPFM, nullptr},   {".png", ReadPNG, EncodePNG},
+    {".tga", ReadByStb, nullptr}, {".hdr", ReadByStb, nullptr}, {".jpg", ReadJPEG, nullptr},
+    {".jpeg", ReadJPEG, nullptr},
 };
 
 const ImageFormat *FindFormat(const std::string &filename) {

@@ -1,5 +1,5 @@
-// Pictures in memory and in files: .exr through OpenEXR, .png through libpng, the older 8-bit formats and
-// .hdr through stb_image, .pfm by ourselves.
+// Pictures in memory and in files: .exr through OpenEXR, .png through libpng, .jpg through
+// libjpeg, .tga and .hdr through stb_image, .pfm by ourselves.
 #pragma once
 
 #include "core/color.h"

@@ -1,4 +1,4 @@
-// The older formats, by stb_image: .tga, .jpg and .hdr.
+// The older formats, by stb_image: .tga and .hdr.
 #include "images/formats.h"
 
 #include "core/error.h"
@@ -43,41 +43,6 @@ struct StbInput {
     }
 };
 
-// stb_image (2.27, Debian 12's) counts the codes of a JPEG's Huffman table without asking whether they fit
-// the 256 that the format allows, and writes beyond its own tables. So the tables are judged first.
-void CheckJPEGTables(const std::string &filename, const std::string &bytes) {
-    const auto byte = [&](size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u; };
-    for (size_t at = 2; at + 4 <= bytes.size();) {
-        // Find the next marker: within coded pixels 0xff is followed by 0 or by a restart
-        if (byte(at) != 0xff || byte(at + 1) == 0 || byte(at + 1) == 0xff || (byte(at + 1) & 0xf8) == 0xd0) {
-            ++at;
-            continue;
-        }
-        if (byte(at + 1) == 0xd8 || byte(at + 1) == 0xd9 || byte(at + 1) == 0x01) {
-            at += 2; // markers that stand alone
-            continue;
-        }
-        const bool isHuffman = byte(at + 1) == 0xc4;
-        const size_t end = at + 2 + (byte(at + 2) << 8 | byte(at + 3));
-        for (size_t table = at + 4; isHuffman && table < end;) {
-            size_t codes = 0, space = 1; // space: how many codes of the present length are free
-            for (size_t length = 1; length <= 16; ++length) {
-                const size_t n = byte(table + length);
-                space = 2 * space;
-                if (n > space)
-                    FailImage(filename,
-                              "not a readable JPEG file: a Huffman table has too many codes of one length");
-                space -= n, codes += n;
-            }
-            if (codes > 256)
-                FailImage(filename,
-                          fmt::format("not a readable JPEG file: a Huffman table has {} codes", codes));
-            table += 17 + codes;
-        }
-        at = end;
-    }
-}
-
 } // namespace
 
 Image ReadByStb(const std::string &filename, const std::string &bytes, bool decodeSRGB) {
@@ -89,16 +54,12 @@ Image ReadByStb(const std::string &filename, const std::string &bytes, bool deco
                                                    : "unknown format"));
     };
     const stbi_io_callbacks callbacks = {StbInput::Read, StbInput::Skip, StbInput::Eof};
-    if (bytes.starts_with("\xff\xd8"))
-        CheckJPEGTables(filename, bytes);
     int width = 0, height = 0, channels = 0;
     StbInput head{bytes};
     if (bytes.empty() || !stbi_info_from_callbacks(&callbacks, &head, &width, &height, &channels))
         fail(head);
-    // A JPEG's flat block of 8 x 8 takes a bit or two, a run in a TGA 128 pixels in two bytes, in an HDR 127
-    // of one channel
-    const bool isJPEG = bytes.starts_with("\xff\xd8"), isHDR = bytes.starts_with("#?");
-    CheckImageSize(filename, width, height, channels, bytes.size(), isJPEG ? 1024 : isHDR ? 64 : 256);
+    // A run in a TGA takes two bytes for 128 pixels, in an HDR for 127 of one channel
+    CheckImageSize(filename, width, height, channels, bytes.size(), bytes.starts_with("#?") ? 64 : 256);
 
     StbInput in{bytes};
     StbInput probe{bytes};
