@@ -197,15 +197,22 @@ std::unique_ptr<Light> MakeDistant(const LightEntity &entity, const Bounds3f &wo
     return std::make_unique<DistantLight>(w, L, WorldRadius(worldBound));
 }
 
+// Returns the place of a light in the world, unless it is beyond what a scene reaches to.
+static Point3f RequireReach(const LightEntity &entity, const Point3f &p) {
+    if (!IsWithinReach(p))
+        throw Error(entity.params.loc, "{} light: its place ({:g}, {:g}, {:g}) is out of reach", entity.type,
+                    p.x, p.y, p.z)
+            .WithRemedy("a scene reaches to 1e18");
+    return p;
+}
+
 std::unique_ptr<Light> MakePoint(const LightEntity &entity, const Bounds3f &) {
     const ParamSet &params = entity.params;
     RequireInvertible(entity);
     const Spectrum I = ScaledLightValue(params, "I", entity.type);
     // pbrt-v3 moves the transformed origin by "from", in world space.
     const Point3f p = entity.ctm.Point({}) + params.FindPoint3f("from", {0, 0, 0});
-    if (!IsFinite(p))
-        throw Error(params.loc, "{} light: its position is not finite", entity.type);
-    return std::make_unique<PointLight>(p, I);
+    return std::make_unique<PointLight>(RequireReach(entity, p), I);
 }
 
 std::unique_ptr<Light> MakeSpot(const LightEntity &entity, const Bounds3f &) {
@@ -219,6 +226,7 @@ std::unique_ptr<Light> MakeSpot(const LightEntity &entity, const Bounds3f &) {
     const Vector3d z = Normalize(Vector3d(to) - Vector3d(from));
     if (!IsFinite(Vector3f(z)) || !IsFinite(from))
         throw Error(params.loc, "spot light: from and to are the same point");
+    RequireReach(entity, entity.ctm.Point(from));
     Vector3d x, y;
     CoordinateSystem(z, &x, &y);
     const Vector3d o(from);
@@ -229,6 +237,7 @@ std::unique_ptr<Light> MakeSpot(const LightEntity &entity, const Bounds3f &) {
 
 std::unique_ptr<Light> MakeGoniometric(const LightEntity &entity, const Bounds3f &) {
     RequireInvertible(entity);
+    RequireReach(entity, entity.ctm.Point({}));
     return std::make_unique<GoniometricLight>(
         entity.ctm, ScaledLightValue(entity.params, "I", "goniometric"),
         LightMap(entity.params, Spectrum(1.f), LightMap::Border::Around));
@@ -237,6 +246,7 @@ std::unique_ptr<Light> MakeGoniometric(const LightEntity &entity, const Bounds3f
 std::unique_ptr<Light> MakeProjection(const LightEntity &entity, const Bounds3f &) {
     const ParamSet &params = entity.params;
     RequireInvertible(entity);
+    RequireReach(entity, entity.ctm.Point({}));
     const float fov = params.FindFloat("fov", 45);
     if (!(fov > 0 && fov < 180))
         throw Error(params.loc, "projection light: fov must be between 0 and 180 degrees");

@@ -182,7 +182,12 @@ TEST_F(BadInput, IsRefusedAtItsPlace) {
         {"",
          "Shape \"sphere\" AttributeBegin Translate 3e38 0 0 LightSource \"point\" \"point from\" [3e38 0 0] "
          "AttributeEnd",
-         "5:50: error: point light: its position is not finite"},
+         "5:50: error: point light: its place (inf"},
+        {"", "LightSource \"spot\" \"point from\" [0 3 3.4e38]",
+         "5:1: error: spot light: its place (0, 3, 3.4e+38)"},
+        {"", "Translate 0 0 2e18 LightSource \"goniometric\" Identity",
+         "error: goniometric light: its place"},
+        {"", "Translate 0 0 2e18 LightSource \"projection\" Identity", "error: projection light: its place"},
         {"", "LightSource \"spot\" \"point from\" [1 1 1] \"point to\" [1 1 1]", "5:1: error: spot light"},
         {"", "LightSource \"spot\" \"float coneangle\" 3e38", "5:1: error: spot light: coneangle"},
         // Shapes
