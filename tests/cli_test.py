@@ -154,6 +154,34 @@ class CommandLine(ProgramCase):
         run = self.ok("render", self.scene(SCENE.replace("WorldEnd", 'Shape "plymesh" "string filename" "s.ply" WorldEnd')), "-o", "a.exr")
         self.assertIn('Shape "hairfile"', run.stderr)
 
+    def test_volume(self):
+        self.ok("groom", "hair-cube", "--strands", "400", "-o", "cube.hair", "-q")
+        told = json.loads(self.ok("volume", "cube.hair", "--resolution", "20", "--smooth", "0", "--json", "-o", "shell.ply",
+                                  "-o", "slices.png").stdout)
+        self.assertEqual(told["strands"], 400)
+        # 400 straight fibers of the cube's height
+        self.assertAlmostEqual(told["length"], 400 * 2, delta=0.01)
+        self.assertAlmostEqual(told["mass"], told["fiber_volume"], delta=1e-5 * told["fiber_volume"])
+        self.assertAlmostEqual(told["shell_volume"], 2 ** 3, delta=3)  # to a cell on each side
+        self.assertTrue((self.path / "shell.ply").read_bytes().startswith(b"ply\n"))
+        self.ok("compare", "slices.png", "slices.png")
+        # Vertices, whatever their width; the text; nothing
+        told = json.loads(self.ok("volume", "cube.hair", "--cell", "0.25", "--density", "vertices", "--json").stdout)
+        self.assertAlmostEqual(told["mass"], told["points"], delta=1e-3 * told["points"])
+        self.assertIn("triangles", self.ok("volume", "cube.hair", "--resolution", "9").stdout)
+        self.assertEqual(self.ok("volume", "cube.hair", "--resolution", "9", "-q").stdout, "")
+
+    def test_volume_answers_mistakes(self):
+        self.ok("groom", "hair-cube", "--strands", "4", "-o", "cube.hair", "-q")
+        self.fails("volume", "cube.hair", "-o", "x.obj", says=".vdb (density and distance)")
+        self.fails("volume", "none.hair", says="none.hair")
+        self.fails("volume", "cube.hair", "--cell", "1e-6", says="choose larger cells")
+        self.fails("volume", "cube.hair", "--iso", "1e9", says=["no hair is as dense as 1000000000", "the densest place"])
+        self.fails("volume", "cube.hair", "-o", "gone/x.ply", says="gone/x.ply")
+        for words in [("--cell", "-1"), ("--cell", "nan"), ("--iso", "0"), ("--resolution", "0"), ("--density", "thick")]:
+            self.assertEqual(self.run_program("volume", "cube.hair", *words).returncode, 1, words)
+        self.assertFalse([path for path in self.path.iterdir() if "cuticle-" in path.name])
+
     def test_memory_is_limited_before_it_is_taken(self):
         film = SCENE.replace('xresolution" 20', 'xresolution" 16000').replace('yresolution" 10', 'yresolution" 16000')
         name = self.scene(film)

@@ -107,6 +107,7 @@ static int Run(int argc, char **argv) {
     app.fallthrough(); // these may also stand behind the command
     cuticle::AddRenderCommand(app);
     cuticle::AddGroomCommand(app);
+    cuticle::AddVolumeCommand(app);
     cuticle::AddCompareCommand(app);
     cuticle::AddConvertCommand(app);
     cuticle::AddGoniometerCommand(app);

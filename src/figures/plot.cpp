@@ -107,6 +107,9 @@ std::string HeatMapText(const PlotPanel &panel) {
         drawing.AddSeries(panel.series[i], i, panel);
     PlotAxis x = panel.x, y = panel.y, color;
     x.min = map.xMin, x.max = map.xMax, y.min = map.yMin, y.max = map.yMax;
+    if (map.isPicture)
+        return kNoAxes + "set xrange " + AxisRange(x) + "\nset yrange " + AxisRange(y) +
+               "\nunset colorbox\n" + drawing.data + drawing.plots + "\nset size noratio\n";
     color.log = map.log, color.min = map.min, color.max = map.max, color.label = map.label;
     return std::string("set border 15 lw 1 lc rgb '") + kInk + "'\nunset grid\nset palette defined (" +
            kHeatColors + ")\n" + (map.colors.empty() ? "set colorbox\n" : "unset colorbox\n") +

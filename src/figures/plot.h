@@ -72,8 +72,9 @@ struct PlotHeatMap {
     std::vector<double> values;
     // A picture instead: the colours themselves, linear RGB, in the same order; values is then empty.
     std::vector<Spectrum> colors;
-    std::string label; // of the colour scale
-    bool log = false;  // values that are not positive are left white
+    bool isPicture = false; // cells are square, and there are no axes
+    std::string label;      // of the colour scale
+    bool log = false;       // values that are not positive are left white
     std::optional<double> min = {}, max = {};
 };
 

@@ -357,7 +357,7 @@ class HeadLattice {
 };
 
 // Moves the vertices onto the surface, along the gradient of the distance.
-void PullOntoHead(HeadMesh *mesh) {
+void PullOntoHead(SurfaceMesh *mesh) {
     mesh->normals.resize(mesh->points.size());
     ParallelForRange(mesh->points.size(), 256, [&](size_t first, size_t last) {
         for (size_t k = first; k < last; ++k) {
@@ -376,7 +376,7 @@ void PullOntoHead(HeadMesh *mesh) {
 
 // Adds two triangles for every edge that the surface crosses, between the vertices of the four cubes around
 // it.
-void AddTriangles(const HeadLattice &lattice, const HeadCrossings &crossings, HeadMesh *mesh) {
+void AddTriangles(const HeadLattice &lattice, const HeadCrossings &crossings, SurfaceMesh *mesh) {
     const auto vertexOf = [&](uint64_t cube) {
         const auto found = std::lower_bound(crossings.cubes.begin(), crossings.cubes.end(), cube,
                                             [](const auto &c, uint64_t at) { return c.at < at; });
@@ -404,12 +404,12 @@ void AddTriangles(const HeadLattice &lattice, const HeadCrossings &crossings, He
 
 // Surface nets (Gibson 1998): one vertex in every cube that the surface crosses, one quad for every crossed
 // edge.
-HeadMesh MakeHeadMesh(float spacing) {
+SurfaceMesh MakeHeadMesh(float spacing) {
     if (!(spacing >= 0.05f && spacing <= 5))
         throw Error("the spacing of the head's mesh must lie between 0.05 and 5 (cm)");
     const HeadLattice lattice(spacing);
     const HeadCrossings crossings = lattice.Find();
-    HeadMesh mesh;
+    SurfaceMesh mesh;
     mesh.points.reserve(crossings.cubes.size());
     for (const HeadCrossings::Cube &cube : crossings.cubes)
         mesh.points.push_back(cube.p);
@@ -418,9 +418,9 @@ HeadMesh MakeHeadMesh(float spacing) {
     return mesh;
 }
 
-void WritePly(const std::string &filename, const HeadMesh &mesh) {
+void WritePly(const std::string &filename, const SurfaceMesh &mesh) {
     OutputFile out(filename);
-    out.Write(fmt::format("ply\nformat binary_little_endian 1.0\ncomment written by Cuticle, units: cm\n"
+    out.Write(fmt::format("ply\nformat binary_little_endian 1.0\ncomment written by Cuticle\n"
                           "element vertex {}\n"
                           "property float x\nproperty float y\nproperty float z\n"
                           "property float nx\nproperty float ny\nproperty float nz\n"

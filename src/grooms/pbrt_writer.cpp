@@ -223,7 +223,7 @@ void WritePbrtCurves(const Groom &groom, const PbrtCurveOptions &options, Output
     }
 }
 
-void WritePbrtMesh(const HeadMesh &mesh, OutputFile *out) {
+void WritePbrtMesh(const SurfaceMesh &mesh, OutputFile *out) {
     std::string text = "Shape \"trianglemesh\" \"integer indices\" [";
     for (size_t i = 0; i < mesh.indices.size(); ++i)
         text += std::to_string(mesh.indices[i]) + (i % 30 == 29 ? "\n" : " ");

@@ -39,6 +39,6 @@ void WritePbrtCurves(const Groom &groom, const PbrtCurveOptions &options, Output
                      PbrtCurveCounts *counts);
 
 // Writes a Shape "trianglemesh" statement.
-void WritePbrtMesh(const HeadMesh &mesh, OutputFile *out);
+void WritePbrtMesh(const SurfaceMesh &mesh, OutputFile *out);
 
 } // namespace cuticle

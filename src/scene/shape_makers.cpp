@@ -120,7 +120,7 @@ TriangleMesh MakeHeightField(const ShapeEntity &shape) {
 
 // The head and shoulders that procedural grooms grow on.
 TriangleMesh MakeGroomHead(const ShapeEntity &shape) {
-    HeadMesh head = MakeHeadMesh(shape.params.FindFloat("spacing", 0.3f));
+    SurfaceMesh head = MakeHeadMesh(shape.params.FindFloat("spacing", 0.3f));
     return {std::move(head.points), std::move(head.normals), {}, std::move(head.indices)};
 }
 

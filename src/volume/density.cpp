@@ -104,73 +104,83 @@ StrandSet CurvesOf(const Groom &groom, size_t chords) {
 
 namespace {
 
-//> Gather points by layers
-// A point with the mass that it spreads; in cells.
-struct TentPoint {
-    Vector3d p;
-    double mass;
+//> Gather what cells receive, by layers
+// A cell and what it gives to its corners is kept in one piece.
+struct CellMass {
+    GridBox::Vertex low;
+    std::array<double, 8> mass;
 };
 
-// Takes points in and sorts them by the layer of cells, along z, that they lie in.
-class LayeredPoints {
+// Takes points in and keeps what cells receive from them, sorted by the layer of cells along z. Points that
+// follow each other in one cell, as those of a strand do, are added up at once.
+class LayeredMasses {
   public:
-    explicit LayeredPoints(const GridBox &box) : size_(box.size) {}
-    void Add(const Vector3d &p, double mass) { points_.push_back({p, mass}); }
-    // A counting sort, which keeps the order within a layer.
+    explicit LayeredMasses(const GridBox &box) : size_(box.size) {}
+    // p: in cells; outside of the box it gives nothing.
+    void Add(const Vector3d &p, double mass) {
+        const TentWeights<double> tent(size_, p);
+        if (!tent.isInside)
+            return;
+        if (cells_.empty() || cells_.back().low != tent.low)
+            cells_.push_back({tent.low, {}});
+        for (size_t corner = 0; corner < 8; ++corner)
+            cells_.back().mass[corner] += tent(corner) * mass;
+    }
+    void Clear() { cells_.clear(); }
+    // A counting sort, of numbers, which keeps the order within a layer.
     void Sort() {
-        const auto layerOf = [&](const TentPoint &q) {
-            const TentWeights<double> tent(size_, q.p);
-            return tent.isInside ? tent.low[2] : size_[2]; // those outside come last
-        };
-        first_.assign(size_[2] + 2, 0);
-        for (const TentPoint &q : points_)
-            ++first_[layerOf(q) + 1];
+        first_.assign(size_[2] + 1, 0);
+        for (const CellMass &cell : cells_)
+            ++first_[cell.low[2] + 1];
         for (size_t k = 1; k < first_.size(); ++k)
             first_[k] += first_[k - 1];
-        std::vector<size_t> next(first_.begin(), first_.end() - 1);
-        std::vector<TentPoint> sorted(points_.size());
-        for (const TentPoint &q : points_)
-            sorted[next[layerOf(q)]++] = q;
-        points_ = std::move(sorted);
+        std::vector<uint32_t> next(first_.begin(), first_.end() - 1);
+        order_.resize(cells_.size());
+        for (uint32_t i = 0; i < cells_.size(); ++i)
+            order_[next[cells_[i].low[2]]++] = i;
     }
-    std::span<const TentPoint> Layer(size_t k) const {
-        return {points_.data() + first_[k], first_[k + 1] - first_[k]};
+    // Calls use(cell) for the cells of a layer.
+    template <class Use>
+    void ForLayer(size_t k, const Use &use) const {
+        for (size_t i = first_[k]; i < first_[k + 1]; ++i)
+            use(cells_[order_[i]]);
     }
 
   private:
     GridBox::Vertex size_;
-    std::vector<TentPoint> points_;
-    std::vector<size_t> first_;
+    std::vector<CellMass> cells_;
+    std::vector<uint32_t> first_, order_;
 };
 //<
 
-//> Add the points of a layer to one of the planes that bound it
+//> Add what a layer gives to one of the planes that bound it
 // upper: the plane above the layer, else the one below it.
-void AddLayer(std::span<const TentPoint> layer, bool upper, const GridBox &box, double *plane) {
-    for (const TentPoint &q : layer) {
-        const TentWeights<double> tent(box.size, q.p);
-        double *corner = plane + tent.low[1] * box.size[0] + tent.low[0];
-        const size_t z = upper ? 4 : 0;
-        corner[0] += tent(z) * q.mass;
-        corner[1] += tent(z + 1) * q.mass;
-        corner[box.size[0]] += tent(z + 2) * q.mass;
-        corner[box.size[0] + 1] += tent(z + 3) * q.mass;
-    }
+void AddLayer(const LayeredMasses &masses, size_t layer, bool upper, const GridBox &box, double *plane) {
+    masses.ForLayer(layer, [&](const CellMass &cell) {
+        double *corner = plane + cell.low[1] * box.size[0] + cell.low[0];
+        const double *mass = &cell.mass[upper ? 4 : 0];
+        corner[0] += mass[0];
+        corner[1] += mass[1];
+        corner[box.size[0]] += mass[2];
+        corner[box.size[0] + 1] += mass[3];
+    });
 }
 //<
 
 //> Spread all points, by a loop over planes
-// emit(run, &points) turns a strand into points with masses; factor multiplies the sums.
+// emit(run, &masses) turns a strand into points with masses; factor multiplies the sums.
 template <class Emit>
 DenseGrid<float> Spread(const StrandSet &strands, const GridBox &box, double factor, const Emit &emit) {
     CHECK(box.size[0] >= 2 && box.size[1] >= 2 && box.size[2] >= 2);
-    constexpr size_t kPiece = 128, kPieces = 64; // pieces of so many strands, so many at a time
+    constexpr size_t kPiece = 64, kPieces = 64; // pieces of so many strands, so many at a time
     std::vector<double> sums(box.Count());
+    std::vector<LayeredMasses> pieces(std::min(kPieces, (strands.count + kPiece - 1) / kPiece),
+                                      LayeredMasses(box));
     for (size_t begin = 0; begin < strands.count; begin += kPiece * kPieces) {
         const size_t end = std::min(strands.count, begin + kPiece * kPieces);
-        std::vector<LayeredPoints> pieces((end - begin + kPiece - 1) / kPiece, LayeredPoints(box));
         ParallelFor(pieces.size(), [&](size_t piece) {
             StrandRun run;
+            pieces[piece].Clear();
             const size_t first = begin + piece * kPiece;
             for (size_t i = first; i < std::min(end, first + kPiece); ++i) {
                 run.Clear();
@@ -181,10 +191,11 @@ DenseGrid<float> Spread(const StrandSet &strands, const GridBox &box, double fac
         });
         ParallelFor(box.size[2], [&](size_t k) {
             double *plane = sums.data() + k * box.Stride(2);
-            for (const LayeredPoints &points : pieces) {
+            for (const LayeredMasses &masses : pieces) {
                 if (k > 0)
-                    AddLayer(points.Layer(k - 1), true, box, plane);
-                AddLayer(points.Layer(k), false, box, plane);
+                    AddLayer(masses, k - 1, true, box, plane);
+                if (k + 1 < box.size[2])
+                    AddLayer(masses, k, false, box, plane);
             }
         });
     }
@@ -219,7 +230,7 @@ double SectionAt(double w0, double w1, double t) { return kPi<double> / 4 * Sqr(
 // Adds points whose tents add up to the integral of the tent along the line. widths: at both ends; null: the
 // mass is the length.
 void AddLine(const GridBox &box, const Point3f *ends, const float *widths, std::vector<double> *ts,
-             LayeredPoints *points) {
+             LayeredMasses *masses) {
     // Gauss and Legendre's three nodes on [0, 1], exact up to the fifth power
     constexpr double kNode = 0.38729833462074169, kWeights[3] = {5. / 18, 8. / 18, 5. / 18};
     const Vector3d a = box.InCells<double>(ends[0]), b = box.InCells<double>(ends[1]);
@@ -231,7 +242,7 @@ void AddLine(const GridBox &box, const Point3f *ends, const float *widths, std::
             const double t = Lerp(0.5 + (static_cast<double>(k) - 1) * kNode, t0, t1);
             const double section =
                 widths ? SectionAt(static_cast<double>(widths[0]), static_cast<double>(widths[1]), t) : 1;
-            points->Add(a + (b - a) * t, length * (t1 - t0) * kWeights[k] * section);
+            masses->Add(a + (b - a) * t, length * (t1 - t0) * kWeights[k] * section);
         }
     }
 }
@@ -241,19 +252,46 @@ void AddLine(const GridBox &box, const Point3f *ends, const float *widths, std::
 
 //> Take the density of vertices, and of lines
 DenseGrid<float> VertexDensity(const StrandSet &strands, const GridBox &box) {
-    return Spread(strands, box, 1, [&](const StrandRun &run, LayeredPoints *points) {
+    return Spread(strands, box, 1, [&](const StrandRun &run, LayeredMasses *masses) {
         for (const Point3f &p : run.points)
-            points->Add(box.InCells<double>(p), 1);
+            masses->Add(box.InCells<double>(p), 1);
     });
 }
 
 DenseGrid<float> LineDensity(const StrandSet &strands, const GridBox &box) {
     const double cell = static_cast<double>(box.cell);
-    return Spread(strands, box, 1 / (cell * cell * cell), [&](const StrandRun &run, LayeredPoints *points) {
+    return Spread(strands, box, 1 / (cell * cell * cell), [&](const StrandRun &run, LayeredMasses *masses) {
         std::vector<double> ts;
         for (size_t k = 0; k + 1 < run.points.size(); ++k)
-            AddLine(box, &run.points[k], run.widths.empty() ? nullptr : &run.widths[k], &ts, points);
+            AddLine(box, &run.points[k], run.widths.empty() ? nullptr : &run.widths[k], &ts, masses);
     });
+}
+//<
+
+//> Smooth a field
+// Replaces a row of `count` values by its means; what would leave over a wall stays at the wall.
+static void SmoothRow(float *row, size_t count, size_t stride) {
+    float before = row[0];
+    for (size_t i = 0; i < count; ++i) {
+        const float here = row[i * stride], after = row[std::min(i + 1, count - 1) * stride];
+        row[i * stride] = 0.25f * before + 0.5f * here + 0.25f * after;
+        before = here;
+    }
+}
+
+DenseGrid<float> Smoothed(DenseGrid<float> grid, size_t passes) {
+    const GridBox &box = grid.box;
+    for (size_t pass = 0; pass < passes; ++pass)
+        for (size_t axis = 0; axis < 3; ++axis) {
+            // Rows along the axis; those that begin in one plane or line, at a time
+            const size_t outer = axis == 2 ? 1 : 2, inner = axis == 0 ? 1 : 0;
+            ParallelFor(box.size[outer], [&](size_t a) {
+                for (size_t b = 0; b < box.size[inner]; ++b)
+                    SmoothRow(&grid.values[a * box.Stride(outer) + b * box.Stride(inner)], box.size[axis],
+                              box.Stride(axis));
+            });
+        }
+    return grid;
 }
 //<
 

@@ -52,6 +52,9 @@ DenseGrid<float> VertexDensity(const StrandSet &strands, const GridBox &box);
 // fiber per unit of volume. It does not change when a strand is resampled.
 DenseGrid<float> LineDensity(const StrandSet &strands, const GridBox &box);
 
+// Smooths a field `passes` times, each time by the weights 1/4, 1/2, 1/4 along every axis; keeps its sum.
+DenseGrid<float> Smoothed(DenseGrid<float> grid, size_t passes);
+
 // The sum over the grid times the volume of a cell: what a density per unit of volume adds up to.
 double Mass(const DenseGrid<float> &density);
 

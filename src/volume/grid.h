@@ -34,8 +34,8 @@ struct GridBox {
     bool operator==(const GridBox &) const = default;
 };
 
-// The largest number of vertices of a grid: 1,290 to a side of a cube, 8.6 GB of floats.
-inline constexpr size_t kMaxGridVertices = size_t{1} << 31;
+// The largest number of vertices of a grid: 645 to a side of a cube, 1 GB of floats.
+inline constexpr size_t kMaxGridVertices = size_t{1} << 28;
 
 // The smallest lattice of this cell that holds the bounds and `margin` (>= 1) cells more on every side.
 // Throws Error where the bounds are empty or not finite, the cell is not positive, or there would be more

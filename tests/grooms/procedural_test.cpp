@@ -344,7 +344,7 @@ TEST(Procedural, ExtremeParametersStayFinite) {
 
 // The mesh is the head: vertices on its surface, a closed surface, normals that look outward.
 TEST(HeadShape, MeshLiesOnTheSurfaceAndIsClosed) {
-    const HeadMesh mesh = MakeHeadMesh(0.8f);
+    const SurfaceMesh mesh = MakeHeadMesh(0.8f);
     ASSERT_GT(mesh.indices.size(), 3000u);
     for (size_t i = 0; i < mesh.points.size(); ++i) {
         EXPECT_NEAR(mesh.normals[i].Length(), 1, 1e-4);
@@ -395,10 +395,10 @@ TEST(HeadShape, MeshMissesNothing) {
                             values[x + (k & 1) + size[0] * (y + (k >> 1 & 1) + size[1] * (z + (k >> 2)))] < 0;
                     crossed += inside > 0 && inside < 8;
                 }
-        const HeadMesh mesh = MakeHeadMesh(spacing);
+        const SurfaceMesh mesh = MakeHeadMesh(spacing);
         EXPECT_EQ(mesh.points.size(), crossed) << spacing;
         const ThreadLimit limit(1);
-        const HeadMesh one = MakeHeadMesh(spacing);
+        const SurfaceMesh one = MakeHeadMesh(spacing);
         EXPECT_EQ(one.points, mesh.points);
         EXPECT_EQ(one.normals, mesh.normals);
         EXPECT_EQ(one.indices, mesh.indices);
@@ -414,7 +414,7 @@ TEST(HeadShape, AFineMeshIsBoundedByItsSurface) {
         return usage.ru_maxrss; // KB
     };
     const auto before = peak();
-    const HeadMesh mesh = MakeHeadMesh(0.1f);
+    const SurfaceMesh mesh = MakeHeadMesh(0.1f);
     EXPECT_GT(mesh.points.size(), 300000u);
     EXPECT_LT(peak() - before, 1024 * 200);
 }

@@ -222,6 +222,21 @@ TEST(Density, CurvesOfAGroomAreAsLongAsTheirPieces) {
     EXPECT_NEAR(curved.volume, curved.length * kPi<double> / 4 * 0.01, 1e-4);
 }
 
+// One point spreads to the binomial weights; next to a wall too nothing is lost.
+TEST(Grid, SmoothingIsBinomialAndKeepsTheSum) {
+    DenseGrid<float> grid(GridBox{{}, 1, {7, 8, 9}});
+    grid.At(3, 3, 3) = 64;
+    grid.At(0, 7, 8) = 1;
+    const DenseGrid<float> once = Smoothed(grid, 1), often = Smoothed(grid, 4);
+    EXPECT_EQ(once.At(3, 3, 3), 8);
+    EXPECT_EQ(once.At(3, 4, 3), 4);
+    EXPECT_EQ(once.At(2, 3, 4), 2);
+    EXPECT_EQ(once.At(2, 4, 4), 1);
+    EXPECT_EQ(once.At(5, 3, 3), 0);
+    EXPECT_NEAR(Mass(once), 65, 1e-4);
+    EXPECT_NEAR(Mass(often), 65, 1e-4);
+}
+
 // The gradient of a linear field is constant everywhere, of the grid's sampled field too.
 TEST(Grid, SamplesAndGradientsOfALinearFieldAreExact) {
     DenseGrid<float> grid(GridBox{{1, 2, 3}, 0.5f, {5, 4, 3}});

@@ -133,7 +133,8 @@ constexpr std::array kFigures = std::to_array<Figure>({
 
     // Petrovic, Henne and Anderson
     {"petrovic-1", Render, "Simulated and shaded volumetric hair.", nullptr, ""},
-    {"petrovic-2", Plot, "A hair model, and two planes through its signed distance field.", nullptr, ""},
+    {"petrovic-2", Plot, "A hair model, and two planes through the signed distance S to its shell.",
+     Petrovic2, ""},
     {"petrovic-3", Render, "The hair shell; hair lit with the shell's normals; with its own.", nullptr, ""},
     {"petrovic-4", Render, "A simulated frame without and with smoothed velocities.", nullptr, ""},
     {"petrovic-5", Render, "Start shape, target shape, shape reached by density forces.", nullptr, ""},

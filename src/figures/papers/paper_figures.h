@@ -44,6 +44,9 @@ FigureData Pharr1_15(const FigureOptions &options);
 FigureData Pharr1_16(const FigureOptions &options);
 FigureData Pharr1_17(const FigureOptions &options);
 
+// Petrovic et al. 2005
+FigureData Petrovic2(const FigureOptions &options);
+
 // The book's own
 FigureData BookDemux(const FigureOptions &options);
 FigureData BookMis(const FigureOptions &options);
