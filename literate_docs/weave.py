@@ -59,6 +59,11 @@ LITERATE = [
     "src/images/flip.*",
     "src/images/planes.*",
     "src/volume/**/*",
+    "src/dynamics/rod*",
+    "src/dynamics/strand.*",
+    "src/dynamics/obstacle.*",
+    "src/dynamics/key_hairs.*",
+    "src/dynamics/simulation.*",
 ]
 CHAPTERS = "literate_docs/[0-9A-Z]*-*.md"  # numbered chapters, then appendices by letter
 

@@ -529,6 +529,46 @@ class CommandLine(ProgramCase):
         self.assertRegex(errors, r"stopped after \d+ of 10000000 samples")
         self.assertTrue((self.path / "a.exr").exists())
 
+    RECIPE = ('Hair "groom" "integer strands" 30\nSimulation "strands" "float seconds" 0.25 "integer keys" 10\nObstacle "head"\n'
+              'Motion "keys" "float time" [0 .2] "vector3 turn" [0 0 0 0 30 0]\n')
+
+    def test_simulate_writes_frames(self):
+        self.scene(self.RECIPE, "r.recipe")
+        run = self.ok("simulate", "r.recipe", "-o", "frames/%03d.hair")
+        self.assertRegex(run.stdout, "7 frames, 10 key hairs of 32 points, 3 steps a frame")
+        self.assertEqual(sorted(f.name for f in (self.path / "frames").iterdir()), [f"{i:03}.hair" for i in range(7)])
+        self.assertEqual(self.ok("simulate", "r.recipe", "-q", "-o", "a.usda").stdout, "")
+        # The last frame of the one is that of the other
+        self.ok("groom", "from", "frames/006.hair", "--spline", "linear", "-q", "-o", "a.pbrt")
+        self.ok("groom", "from", "a.usda", "--time", "6", "-q", "-o", "b.pbrt")
+        first, last = [re.search(r'"point P" \[([^\]]*)', (self.path / f).read_text())[1].split()[:3] for f in ["a.pbrt", "b.pbrt"]]
+        self.assertEqual(first, last)
+        self.assertIn("`bending`", self.ok("simulate", "--manual").stdout)
+
+    def test_mistakes_in_a_recipe(self):
+        self.scene(self.RECIPE.replace("Obstacle", "Obstakle"), "bad.recipe")
+        self.fails("simulate", "bad.recipe", "-o", "a.usda", says=["bad.recipe:3:1", 'Did you mean "Obstacle"'])
+        self.scene(self.RECIPE, "r.recipe")
+        self.fails("simulate", "r.recipe", "-o", "a.hair", says="%04d.hair")
+        self.fails("simulate", "r.recipe", "-o", "a.exr", says=[".hair", ".usda"])
+        self.fails("simulate", "none.recipe", "-o", "a.usda", says="none.recipe")
+        self.fails("simulate", says="-o OUTPUT")
+        self.assertFalse((self.path / "a.usda").exists())
+
+    def test_a_stopped_simulation_keeps_its_frames(self):
+        self.scene(self.RECIPE.replace("0.25", "4000"), "r.recipe")
+        for output in ["f/%05d.hair", "a.usda"]:
+            process = subprocess.Popen([PROGRAM, "simulate", "r.recipe", "-o", output], cwd=self.path, stdout=subprocess.PIPE,
+                                       stderr=subprocess.PIPE, text=True)
+            time.sleep(1.5)
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 130)
+            kept = int(re.search(r"stopped after (\d+) of 96001 frames, which are kept", errors)[1])
+            self.assertGreater(kept, 1)
+        self.assertEqual(self.ok("groom", "from", "a.usda", "--time", str(kept - 1), "-q", "-o", "b.pbrt").stdout, "")
+        self.assertTrue((self.path / "f" / "00001.hair").exists())
+
     def test_isa_is_chosen_by_the_environment(self):
         for isa in ["sse2", "avx2"]:
             run = self.run_program("render", "scene.pbrt", "-o", f"{isa}.exr", "--stats", "s.json",

@@ -34,6 +34,7 @@ ROOMS = {
     "grooms": {"core", "files"},
     "volume": {"core", "files", "grooms"},
     "parser": {"core", "files", "shapes"},
+    "dynamics": {"core", "files", "grooms", "volume", "parser"},  # parser: recipes are in the scenes' language
     "materials": {"core", "files", "images", "fibers", "shapes", "parser"},
 }
 for room in ["scene", "render", "figures", "cli"]:  # each may include all that stand above it

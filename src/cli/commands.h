@@ -24,6 +24,7 @@ inline constexpr uint64_t kMaxSeed = uint64_t{1} << 53;
 void AddRenderCommand(CLI::App &app);
 void AddGroomCommand(CLI::App &app);
 void AddVolumeCommand(CLI::App &app);
+void AddSimulateCommand(CLI::App &app);
 void AddCompareCommand(CLI::App &app);
 void AddConvertCommand(CLI::App &app);
 void AddGoniometerCommand(CLI::App &app);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <iostream>
 #include <map>
+#include <optional>
 
 namespace cuticle {
 
@@ -22,6 +23,7 @@ struct GroomArguments {
     std::string spline, colors;
     float width = 0;
     size_t pointsPerStrand = 0;
+    std::optional<double> time;
     bool skin = false, quiet = false;
 };
 
@@ -132,7 +134,7 @@ void ReportColors(const GroomArguments &a, bool dropped, const PbrtCurveCounts &
 
 void RunFrom(GroomArguments a) {
     const StrandOutput format = FormatOf(a.output);
-    Groom groom = ReadGroomFile(a.input, {a.width, a.pointsPerStrand});
+    Groom groom = ReadGroomFile(a.input, {a.width, a.pointsPerStrand, a.time});
     // Colours become materials only where they are asked for: those would stand in place of the user's own
     const bool writesMaterials = format == StrandOutput::Pbrt && a.colors == "keep";
     const bool dropsColors =
@@ -266,6 +268,8 @@ void AddFromCommand(CLI::App &groom) {
         ->add_option("--points-per-strand", a->pointsPerStrand,
                      "points of a .ply file that make a strand [100]")
         ->check(CLI::Range(2, 1000000));
+    command->add_option("--time", a->time,
+                        "time code of a .usda file's samples: the last that is no later [the first]");
     command->add_option("--width-scale", a->curves.widthScale, "factor on all widths")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();

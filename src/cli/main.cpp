@@ -108,6 +108,7 @@ static int Run(int argc, char **argv) {
     cuticle::AddRenderCommand(app);
     cuticle::AddGroomCommand(app);
     cuticle::AddVolumeCommand(app);
+    cuticle::AddSimulateCommand(app);
     cuticle::AddCompareCommand(app);
     cuticle::AddConvertCommand(app);
     cuticle::AddGoniometerCommand(app);

@@ -1,5 +1,6 @@
 // cuticle render: scene in, picture out.
 #include "cli/commands.h"
+#include "cli/stops.h"
 #include "cli/terminal_progress.h"
 #include "core/check.h"
 #include "core/clock.h"
@@ -21,7 +22,6 @@
 #include <nlohmann/json.hpp>
 
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fmt/format.h>
@@ -34,30 +34,6 @@
 namespace cuticle {
 
 namespace {
-
-std::atomic<bool> interrupted = false;
-std::atomic<int> stoppedBy = 0; // the signal that asked first
-
-// A signal asks for what there is. A second Ctrl-C, of an impatient user, ends the program.
-extern "C" void OnStop(int signal) {
-    int none = 0;
-    if (!stoppedBy.compare_exchange_strong(none, signal) && signal == SIGINT)
-        _exit(128 + SIGINT);
-    interrupted = true;
-}
-
-// Ctrl-C and the signals by which a system ends a program stop the render from here on, and the picture is
-// written. What the caller has set to be ignored (nohup, a shell's background) stays so.
-void CatchStops() {
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU}) {
-        struct sigaction before {
-        }, action{};
-        action.sa_handler = OnStop;
-        action.sa_flags = SA_RESTART;
-        if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
-            sigaction(signal, &action, nullptr);
-    }
-}
 
 // Prints on standard error, or does not: a terminal that is gone costs no picture.
 void Tell(const std::string &text) { std::fputs((Printable(text) + "\n").c_str(), stderr); }
@@ -142,7 +118,7 @@ RenderOptions RenderOptionsOf(const RenderArguments &a) {
     options.seed = a.seed;
     options.quick = a.quick;
     options.variance = a.variance;
-    options.interrupted = &interrupted;
+    options.interrupted = &StopAsked();
     if (!a.crop.empty())
         options.film.crop = {a.crop[0], a.crop[1], a.crop[2], a.crop[3]};
     return options;
@@ -274,7 +250,7 @@ std::optional<size_t> ThreadsToUse(size_t wished) {
                      output, hasPart ? "; --resume goes on from " + PartName(output) : ""));
     if (failure)
         std::rethrow_exception(failure);
-    throw ExitStatus{128 + stoppedBy};
+    throw ExitStatus{StopStatus()};
 }
 
 // The most bytes that the picture's file takes.

@@ -8,7 +8,8 @@
 
 namespace cuticle {
 
-TerminalProgress::TerminalProgress() : isTerminal_(isatty(STDERR_FILENO)) {}
+TerminalProgress::TerminalProgress(std::string_view doing)
+    : doing_(doing), isTerminal_(isatty(STDERR_FILENO)) {}
 
 TerminalProgress::~TerminalProgress() {
     if (isTerminal_)
@@ -30,7 +31,7 @@ void TerminalProgress::Report(uint64_t done, uint64_t total) {
     const double left = elapsed * static_cast<double>(total - done) /
                         static_cast<double>(std::max<uint64_t>(done - std::min(done, first_), 1));
     // A terminal that is gone is no reason to fail
-    std::fputs(fmt::format("\rRendering [{:<{}}] {:5.1f}%  {} elapsed, {} left \033[K", bar, kWidth,
+    std::fputs(fmt::format("\r{} [{:<{}}] {:5.1f}%  {} elapsed, {} left \033[K", doing_, bar, kWidth,
                            100 * fraction, DurationText(elapsed), DurationText(left))
                    .c_str(),
                stderr);

@@ -41,7 +41,10 @@ struct StrandFormat {
 constexpr StrandFormat kFormats[] = {
     {".hair", [](std::string_view b) { return b.starts_with("HAIR"); }, Parse<ParseHairFile>},
     {".tfx", IsTfxFile, Parse<ParseTfxFile>},
-    {".usda", [](std::string_view b) { return b.starts_with("#usda"); }, Parse<ParseUsdFile>},
+    {".usda", [](std::string_view b) { return b.starts_with("#usda"); },
+     [](std::string_view b, const std::string &name, const GroomFileOptions &options) {
+         return ParseUsdFileAt(b, name, options.time);
+     }},
     {".ply", [](std::string_view b) { return b.starts_with("ply"); },
      [](std::string_view b, const std::string &name, const GroomFileOptions &options) {
          return ParsePlyStrands(b, name, options.pointsPerStrand);

@@ -3,14 +3,16 @@
 
 #include "grooms/groom.h"
 
+#include <optional>
 #include <string>
 
 namespace cuticle {
 
 // GroomFileOptions say of a file of strands what the file does not.
 struct GroomFileOptions {
-    float width = 0;            // of all strands, instead of the file's; 0: the file's
-    size_t pointsPerStrand = 0; // of a .ply file; 0: 100
+    float width = 0;                 // of all strands, instead of the file's; 0: the file's
+    size_t pointsPerStrand = 0;      // of a .ply file; 0: 100
+    std::optional<double> time = {}; // code of a .usda file's time samples; none: the first
 };
 
 // Reads a .hair file (Yuksel), a .tfx file (TressFX 4), a .usda file (USD's BasisCurves as text) or a .ply

@@ -2,10 +2,13 @@
 
 #include "core/error.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <deque>
 #include <sstream>
 #include <vector>
 
@@ -225,6 +228,31 @@ double GetGroomParam(const GroomParams &params, std::string_view name) {
     if (const auto *member = std::get_if<int GroomParams::*>(&info.member))
         return params.*(*member);
     return static_cast<double>(params.*(std::get<float GroomParams::*>(info.member)));
+}
+
+std::span<const ParamInfo> GroomParamRows() {
+    static const std::deque<std::string> defaults = [] {
+        const GroomParams head = MakeGroomParams("head");
+        std::deque<std::string> texts;
+        for (const GroomParamInfo &info : GroomParamTable())
+            texts.push_back(GroomReads("head", info) ? fmt::format("{:g}", GetGroomParam(head, info.name))
+                                                     : "");
+        return texts;
+    }();
+    static const std::vector<ParamInfo> params = [] {
+        std::vector<ParamInfo> infos{
+            ChoiceParam("kind", GroomKinds(), "what is grown; other kinds have other defaults"),
+            ChoiceParam("style", HeadStyles(), "of a head; other styles have other defaults"),
+        };
+        for (size_t i = 0; const GroomParamInfo &info : GroomParamTable())
+            infos.push_back({info.name,
+                             std::holds_alternative<int GroomParams::*>(info.member) ? "integer" : "float",
+                             "", defaults[i++], info.help, info.min, info.max});
+        for (const GroomColorInfo &info : GroomColorTable())
+            infos.push_back({info.name, "spectrum", "", "", info.help, 0, 1});
+        return infos;
+    }();
+    return params;
 }
 
 } // namespace cuticle

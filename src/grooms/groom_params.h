@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/color.h"
+#include "core/param_info.h"
 
 #include <cstdint>
 #include <optional>
@@ -88,5 +89,26 @@ void SetGroomParam(GroomParams *params, std::string_view name, const std::string
 void SetGroomColor(GroomParams *params, std::string_view name, const Spectrum &value);
 void SetGroomColor(GroomParams *params, std::string_view name, const std::string &value);
 double GetGroomParam(const GroomParams &params, std::string_view name);
+
+// The parameters of Shape "groom" in scenes, and of Hair "groom" in recipes of simulations: those of the
+// tables, with "kind" and "style", in the types of a scene. Defaults are those of a head of straight hair.
+std::span<const ParamInfo> GroomParamRows();
+// Returns what a set of such parameters (a ParamSet of the parser) asks for. Throws Error as SetGroomParam
+// does.
+template <class Parameters>
+GroomParams GroomParamsOf(const Parameters &p) {
+    const std::string kind = p.FindString("kind", "head");
+    GroomParams params = MakeGroomParams(kind, p.FindString("style", ""));
+    for (const GroomParamInfo &info : GroomParamTable())
+        if (p.Find(info.name) && GroomReads(kind, info))
+            SetGroomParam(&params, info.name,
+                          std::holds_alternative<int GroomParams::*>(info.member)
+                              ? static_cast<double>(p.FindInt(info.name, 0))
+                              : static_cast<double>(p.FindFloat(info.name, 0)));
+    for (const GroomColorInfo &info : GroomColorTable())
+        if (p.Find(info.name))
+            SetGroomColor(&params, info.name, p.FindSpectrum(info.name, Spectrum(0)));
+    return params;
+}
 
 } // namespace cuticle

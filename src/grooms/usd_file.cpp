@@ -299,12 +299,14 @@ Transform AxesAndUnits(const UsdLayer &layer, const UsdText &text, const std::st
 
 } // namespace
 
-Groom ParseUsdFile(std::string_view text, const std::string &name) {
+Groom ParseUsdFile(std::string_view text, const std::string &name) { return ParseUsdFileAt(text, name, {}); }
+
+Groom ParseUsdFileAt(std::string_view text, const std::string &name, std::optional<double> time) {
     if (!text.starts_with("#usda"))
         throw Error(FileLoc{std::make_shared<const std::string>(name), 1, 1},
                     "this is not USD in its text form, which begins with #usda 1.0");
     UsdText layer(text, name);
-    const UsdLayer read = ReadUsdLayer(layer, name);
+    const UsdLayer read = ReadUsdLayer(layer, name, time);
     const std::vector<UsdPrim> &prims = read.prims;
     const Transform toYUp = AxesAndUnits(read, layer, name);
     const auto isRendered = [&](size_t i) {

@@ -3,6 +3,7 @@
 
 #include "grooms/groom.h"
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,5 +23,7 @@ namespace cuticle {
 // stands in messages. Throws Error "FILE:LINE:COLUMN: error: ..." for text that is not USD's, for counts that
 // do not add up, and for values that are not finite. Memory stays within a few times the text's size.
 Groom ParseUsdFile(std::string_view text, const std::string &name);
+// The same at a time code: of values with time samples the last one no later than that, or the first.
+Groom ParseUsdFileAt(std::string_view text, const std::string &name, std::optional<double> time);
 
 } // namespace cuticle

@@ -58,7 +58,8 @@ bool MakeOperation(std::string_view name, const std::vector<double> &v, Transfor
 // Reads the prims of a layer.
 class LayerReader {
   public:
-    LayerReader(UsdText &text, const std::string &name) : text_(text), name_(name) {}
+    LayerReader(UsdText &text, const std::string &name, std::optional<double> time)
+        : time_(time), text_(text), name_(name) {}
 
     UsdLayer Read() {
         UsdLayer layer;
@@ -214,9 +215,10 @@ class LayerReader {
         if (attribute == nullptr && !operation && byTime)
             return false;
         if (byTime && (attribute == nullptr || !attribute->given)) {
-            Warning("USD time samples",
-                    name_ + ": values that change with time are taken at their first sample");
-            return FirstSample([&] { Value(parent, property, attribute, false, at); }, attribute);
+            if (!time_)
+                Warning("USD time samples",
+                        name_ + ": values that change with time are taken at their first sample");
+            return SampleAtTime([&] { Value(parent, property, attribute, false, at); }, attribute);
         }
         if (attribute != nullptr) {
             if (byTime)
@@ -253,17 +255,25 @@ class LayerReader {
         return true;
     }
 
-    // { 1: value, 2: value, ... }: the first one is read.
+    // { 1: value, 2: value, ... }: the last one that is no later than the time asked for is read, or the
+    // first.
     template <typename ReadOne>
-    bool FirstSample(ReadOne readOne, UsdAttribute *attribute) {
+    bool SampleAtTime(ReadOne readOne, UsdAttribute *attribute) {
         text_.Expect('{', "before time samples");
+        double best = 0;
         for (bool first = true; !text_.Take('}'); first = false) {
-            text_.Numbers();
+            const size_t at = text_.At();
+            const std::vector<double> time = text_.Numbers();
+            if (time.size() != 1)
+                text_.Fail(at, "a sample's time was expected, one number");
             text_.Expect(':', "after a sample's time");
-            if (first && text_.Peek() != 'N')
+            const bool nearer = time_ && time[0] <= *time_ && (best > *time_ || time[0] >= best);
+            if (text_.Peek() != 'N' && (first || nearer)) {
                 readOne();
-            else
+                best = time[0];
+            } else {
                 text_.SkipValue();
+            }
             if (text_.Peek() != '}')
                 text_.Expect(',', "between time samples");
         }
@@ -272,6 +282,7 @@ class LayerReader {
         return true;
     }
 
+    std::optional<double> time_;
     UsdText &text_;
     const std::string &name_;
     std::vector<UsdPrim> prims_;
@@ -279,7 +290,9 @@ class LayerReader {
 
 } // namespace
 
-UsdLayer ReadUsdLayer(UsdText &text, const std::string &name) { return LayerReader(text, name).Read(); }
+UsdLayer ReadUsdLayer(UsdText &text, const std::string &name, std::optional<double> time) {
+    return LayerReader(text, name, time).Read();
+}
 
 Transform UsdPrimToLayer(const std::vector<UsdPrim> &prims, size_t index, const std::string &name) {
     Transform all;

@@ -6,6 +6,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,8 +45,9 @@ struct UsdLayer {
     size_t upAxisAt = 0;      // byte of the text
 };
 
-// Reads a layer; `name` stands in warnings. Throws Error at the place of what cannot be read.
-UsdLayer ReadUsdLayer(UsdText &text, const std::string &name);
+// Reads a layer; `name` stands in warnings. Of values with time samples it takes the last one no later than
+// `time` (a time code), or the first. Throws Error at the place of what cannot be read.
+UsdLayer ReadUsdLayer(UsdText &text, const std::string &name, std::optional<double> time = {});
 
 // Returns the way from a prim's coordinates to the layer's.
 Transform UsdPrimToLayer(const std::vector<UsdPrim> &prims, size_t index, const std::string &name);

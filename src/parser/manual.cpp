@@ -40,34 +40,6 @@ std::string FeatureRow(const PluginTable &table) {
                        fmt::join(right, "; "));
 }
 
-// The values that a number may have, in words; "" where any.
-std::string RangeOf(const ParamInfo &p) {
-    if (!p.choices.empty())
-        return fmt::format("{}", fmt::join(p.choices, ", "));
-    const bool low = std::isfinite(p.low), high = std::isfinite(p.high);
-    if (low && high)
-        return fmt::format("{:.7g} to {:.7g}", p.low, p.high);
-    return low ? fmt::format("{:.7g} or more", p.low) : high ? fmt::format("{:.7g} or less", p.high) : "";
-}
-
-std::string ManualOf(PluginKind kind, const PluginInfo &plugin) {
-    std::string text = fmt::format("## {} \"{}\"\n\n", DirectiveOf(kind), plugin.name);
-    if (!plugin.meaning.empty())
-        text += fmt::format("{}.\n\n", plugin.meaning);
-    if (plugin.ours)
-        text += "Ours: pbrt-v3 has none of this name.\n\n";
-    if (!plugin.standIn.empty())
-        text += fmt::format("Known and not rendered: a warning, and instead {}.\n\n", plugin.standIn);
-    if (plugin.params.empty())
-        return text + "No parameters.\n";
-    text +=
-        "| parameter | type | unit | may be | default | meaning |\n| --- | --- | --- | --- | --- | --- |\n";
-    for (const ParamInfo &p : plugin.params)
-        text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", p.name, p.type, p.unit, RangeOf(p),
-                            p.defaultValue, p.meaning);
-    return text;
-}
-
 const PluginTable &FindKind(const PluginTables &tables, std::string_view kind) {
     std::vector<std::string_view> names;
     const auto lower = [](std::string_view s) {
@@ -92,6 +64,33 @@ const PluginTable &FindKind(const PluginTables &tables, std::string_view kind) {
 
 } // namespace
 
+std::string RangeInWords(const ParamInfo &p) {
+    if (!p.choices.empty())
+        return fmt::format("{}", fmt::join(p.choices, ", "));
+    const bool low = std::isfinite(p.low), high = std::isfinite(p.high);
+    if (low && high)
+        return fmt::format("{:.7g} to {:.7g}", p.low, p.high);
+    return low ? fmt::format("{:.7g} or more", p.low) : high ? fmt::format("{:.7g} or less", p.high) : "";
+}
+
+std::string PluginManual(std::string_view directive, const PluginInfo &plugin) {
+    std::string text = fmt::format("## {} \"{}\"\n\n", directive, plugin.name);
+    if (!plugin.meaning.empty())
+        text += fmt::format("{}.\n\n", plugin.meaning);
+    if (plugin.ours)
+        text += "Ours: pbrt-v3 has none of this name.\n\n";
+    if (!plugin.standIn.empty())
+        text += fmt::format("Known and not rendered: a warning, and instead {}.\n\n", plugin.standIn);
+    if (plugin.params.empty())
+        return text + "No parameters.\n";
+    text +=
+        "| parameter | type | unit | may be | default | meaning |\n| --- | --- | --- | --- | --- | --- |\n";
+    for (const ParamInfo &p : plugin.params)
+        text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", p.name, p.type, p.unit, RangeInWords(p),
+                            p.defaultValue, p.meaning);
+    return text;
+}
+
 std::string FeatureTable(const PluginTables &tables) {
     std::string text =
         "| directive | rendered | known, with a warning and what is used instead |\n| --- | --- | --- |\n";
@@ -107,14 +106,14 @@ std::string PluginManual(const PluginTables &tables, std::string_view kind) {
     if (!table.remark.empty())
         text += fmt::format("\n{}.\n", table.remark);
     for (const PluginInfo &plugin : table.rows)
-        text += "\n" + ManualOf(table.kind, plugin);
+        text += "\n" + PluginManual(DirectiveOf(table.kind), plugin);
     return text;
 }
 
 std::string PluginManual(const PluginTables &tables, std::string_view kind, std::string_view name) {
     const PluginTable &table = FindKind(tables, kind);
     if (const PluginInfo *plugin = table.Find(name))
-        return ManualOf(table.kind, *plugin);
+        return PluginManual(DirectiveOf(table.kind), *plugin);
     std::vector<std::string_view> names = table.Names();
     std::erase(names, ""); // pbrt's null material, which a list would show as a gap
     throw Error("{} \"{}\" is not known", DirectiveOf(table.kind), name)

@@ -16,5 +16,10 @@ std::string FeatureTable(const PluginTables &tables);
 std::string PluginManual(const PluginTables &tables, std::string_view kind);
 // The same of one plug-in. Error for a name that the kind has not.
 std::string PluginManual(const PluginTables &tables, std::string_view kind, std::string_view name);
+// The same of one that is handed in, under the name of its directive.
+std::string PluginManual(std::string_view directive, const PluginInfo &plugin);
+
+// The values that a parameter may have, "0 to 1", "2 or more" or its choices; "" where any.
+std::string RangeInWords(const ParamInfo &param);
 
 } // namespace cuticle

@@ -9,7 +9,6 @@
 #include "shapes/loop_subdivision.h"
 #include "shapes/ply.h"
 
-#include <deque>
 #include <span>
 #include <string>
 #include <vector>
@@ -178,20 +177,7 @@ uint32_t AddHyperboloid(const ShapeEntity &shape, SolidSet *solids, uint32_t id)
 // --- strands ------------------------------------------------------------------------------------------
 
 // Grows Shape "groom", whose parameters are the table that the command line has too.
-StrandShape MakeGroomShape(const ParamSet &p) {
-    const std::string kind = p.FindString("kind", "head");
-    GroomParams params = MakeGroomParams(kind, p.FindString("style", ""));
-    for (const GroomParamInfo &info : GroomParamTable())
-        if (const Param *given = p.Find(info.name); given && GroomReads(kind, info))
-            SetGroomParam(&params, info.name,
-                          std::holds_alternative<int GroomParams::*>(info.member)
-                              ? static_cast<double>(p.FindInt(info.name, 0))
-                              : static_cast<double>(p.FindFloat(info.name, 0)));
-    for (const GroomColorInfo &info : GroomColorTable())
-        if (p.Find(info.name))
-            SetGroomColor(&params, info.name, p.FindSpectrum(info.name, Spectrum(0)));
-    return {MakeGroom(params), {}};
-}
+StrandShape MakeGroomShape(const ParamSet &p) { return {MakeGroom(GroomParamsOf(p)), {}}; }
 
 constexpr int kMaxSegmentsPerStrand = 10000;
 
@@ -210,7 +196,10 @@ StrandShape MakeHairFile(const ParamSet &p) {
     const int pointsPerStrand = p.FindInt("pointsperstrand", 0);
     if (p.Find("pointsperstrand") && pointsPerStrand < 2)
         throw Error(p.loc, "\"pointsperstrand\" must be at least 2, not {}", pointsPerStrand);
-    made.groom = ReadGroomFile(RequiredFilename(p), {width, static_cast<size_t>(pointsPerStrand)});
+    std::optional<double> time;
+    if (p.Find("time"))
+        time = static_cast<double>(p.FindFloat("time", 0));
+    made.groom = ReadGroomFile(RequiredFilename(p), {width, static_cast<size_t>(pointsPerStrand), time});
     if (const std::string name = p.FindString("spline", ""); !name.empty()) {
         options.spline = StrandSplineByName(name);
         if (!options.spline)
@@ -314,37 +303,11 @@ constexpr ParamInfo kHairFileParams[] = {
     {"segments", "integer", "", "0", "curve segments a strand, resampled; 0: as the file has them", 0,
      kMaxSegmentsPerStrand},
     ChoiceParam("spline", kStrandSplines, "how points are joined", "the file's"),
+    {"time", "float", "time code", "the first", "of a .usda file's time samples, the last that is no later"},
 };
 constexpr ParamInfo kGroomHeadParams[] = {
     {"spacing", "float", "cm", "0.3", "distance of neighbouring vertices"},
 };
-
-// The parameters of Shape "groom": those of the recipes (grooms/groom_params.h), in the scene's types.
-// Defaults are those of a head of straight hair.
-std::span<const ParamInfo> GroomShapeParams() {
-    static const std::deque<std::string> defaults = [] {
-        const GroomParams head = MakeGroomParams("head");
-        std::deque<std::string> texts;
-        for (const GroomParamInfo &info : GroomParamTable())
-            texts.push_back(GroomReads("head", info) ? fmt::format("{:g}", GetGroomParam(head, info.name))
-                                                     : "");
-        return texts;
-    }();
-    static const std::vector<ParamInfo> params = [] {
-        std::vector<ParamInfo> infos{
-            ChoiceParam("kind", GroomKinds(), "what is grown; other kinds have other defaults"),
-            ChoiceParam("style", HeadStyles(), "of a head; other styles have other defaults"),
-        };
-        for (size_t i = 0; const GroomParamInfo &info : GroomParamTable())
-            infos.push_back({info.name,
-                             std::holds_alternative<int GroomParams::*>(info.member) ? "integer" : "float",
-                             "", defaults[i++], info.help, info.min, info.max});
-        for (const GroomColorInfo &info : GroomColorTable())
-            infos.push_back({info.name, "spectrum", "", "", info.help, 0, 1});
-        return infos;
-    }();
-    return params;
-}
 
 // To add a shape: its maker above, a row here. A new kind of maker is another alternative of ShapeMaker,
 // which SceneBuilder::AddShape then handles.
@@ -365,7 +328,7 @@ const std::vector<PluginRow<ShapeMaker>> &ShapeRows() {
          AddHyperboloid},
         {{.name = "nurbs", .meaning = "a spline surface", .standIn = "left out of the picture"}, {}},
         {{"hairfile", kHairFileParams, "the strands of a file", {}, true}, MakeHairFile},
-        {{"groom", GroomShapeParams(), "hair that is grown by a recipe", {}, true}, MakeGroomShape},
+        {{"groom", GroomParamRows(), "hair that is grown by a recipe", {}, true}, MakeGroomShape},
         {{"groomhead", kGroomHeadParams, "the head and shoulders that Shape \"groom\" grows on", {}, true},
          MakeGroomHead},
     };

@@ -1,0 +1,60 @@
+//> Interpolate all hairs from key hairs
+// A groom of many strands, of which some are simulated; the others follow them. Lengths in cm, in the head's
+// coordinates.
+#pragma once
+
+#include "core/vecmath.h"
+#include "dynamics/obstacle.h"
+#include "dynamics/strand.h"
+#include "grooms/groom.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace cuticle {
+
+//> Choose key hairs spread over the roots
+// Picks `count` strands (all, if there are fewer) of at least two distinct points: each time the one whose
+// root is farthest from those of the picked. Returns their numbers, in the order of the groom.
+std::vector<uint32_t> ChooseKeyHairs(const Groom &groom, size_t count);
+
+// The points of these strands at equal arc lengths, `points` (2 or more) each, strand by strand.
+std::vector<Vector3d> ResampleKeyHairs(const Groom &groom, std::span<const uint32_t> strands, size_t points);
+//<
+
+//> Declare what carries the other hairs
+// Every hair hangs on one or more key hairs, by weights that are found once, at rest: the nearest by roots
+// and of these the likest by shape. A point of a hair stands at the same share of the length as a place of
+// its key hair, and keeps its offset from it in that place's frame of directors.
+class HairInterpolation {
+  public:
+    // set: at rest, made from the resampled key hairs of `groom` in that order. The groom must outlive it.
+    HairInterpolation(const Groom &groom, std::span<const uint32_t> keys, const KeyStrands &set);
+    // The groom where the key hairs are now. Points are kept out of the obstacle as far as they were at rest,
+    // at most `clearance`.
+    Groom Deform(const KeyStrands &set, const Pose &pose, const Obstacle &obstacle, double clearance) const;
+
+    static constexpr size_t kKeys = 3; // that carry a hair, at most
+
+  private:
+    struct Carrier {
+        std::array<uint32_t, kKeys> key{};
+        std::array<float, kKeys> weight{}; // 0: none
+    };
+    // A place of a strand, with the frame of its directors there.
+    struct PlaceFrame {
+        Vector3d p, t, d1, d2;
+    };
+    static PlaceFrame PlaceAt(const Vector3d *points, const Vector3d *directors, size_t count, double u);
+    const Groom &groom_;
+    std::vector<Carrier> carriers_;
+    std::vector<Vector3d> restPoints_, restDirectors_; // of the key hairs
+    std::vector<float> share_;                         // of its strand's length, of every point
+    size_t keyPoints_;
+};
+//<
+
+} // namespace cuticle
+//<

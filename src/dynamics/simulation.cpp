@@ -1,0 +1,121 @@
+//> Go from frame to frame
+#include "dynamics/simulation.h"
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cuticle {
+
+//> Find where the head is
+Pose HeadMotion::At(double time) const {
+    if (keys_.empty())
+        return {};
+    const auto above = std::upper_bound(keys_.begin(), keys_.end(), time,
+                                        [](double t, const Key &key) { return t < key.time; });
+    const auto i = static_cast<size_t>(above - keys_.begin());
+    if (i == 0 || i == keys_.size()) {
+        const Key &key = i == 0 ? keys_.front() : keys_.back();
+        return TurnAbout(pivot_, key.turn, key.shift);
+    }
+    const Key &a = keys_[i - 1], &b = keys_[i];
+    const double span = b.time - a.time, f = (time - a.time) / span, f2 = f * f, f3 = f2 * f;
+    // At a key in between the velocity is that from its neighbour before to the one behind
+    const auto cubic = [&](Vector3d Key::*value) {
+        const auto slope = [&](size_t k) {
+            return k == 0 || k + 1 == keys_.size() ? Vector3d{}
+                                                   : (keys_[k + 1].*value - keys_[k - 1].*value) /
+                                                         (keys_[k + 1].time - keys_[k - 1].time);
+        };
+        return a.*value * (2 * f3 - 3 * f2 + 1) + b.*value * (3 * f2 - 2 * f3) +
+               (slope(i - 1) * (f3 - 2 * f2 + f) + slope(i) * (f3 - f2)) * span;
+    };
+    return TurnAbout(pivot_, cubic(&Key::turn), cubic(&Key::shift));
+}
+//<
+
+//> Let gusts travel with the wind
+Vector3d Wind::At(const Vector3d &p, double time) const {
+    const double speed = velocity.Length();
+    if (!(speed > 0))
+        return {};
+    const Vector3d along = velocity / speed;
+    Vector3d across, up;
+    CoordinateSystem(along, &across, &up);
+    // Three waves whose lengths are no multiples of one another
+    const double k = 2 * kPi<double> / gustLength, s = Dot(along, p) - speed * time;
+    const double a = std::sin(k * s + 0.7 * k * Dot(across, p)),
+                 b = std::sin(0.617 * k * s + k * Dot(up, p) + 1),
+                 c = std::sin(0.382 * k * s - 0.5 * k * Dot(across, p) + 2);
+    return velocity * (1 + gust * (a + b + c) / 3) + (across * b + up * a) * (speed * gust / 4);
+}
+//<
+
+namespace {
+
+//> Make the key hairs of a groom
+std::vector<uint32_t> KeysOf(const Groom &groom, const SimulationSettings &settings) {
+    std::vector<uint32_t> keys = ChooseKeyHairs(groom, settings.keyHairs);
+    if (keys.empty())
+        throw Error("the hair has no strand of two points apart from each other");
+    return keys;
+}
+KeyStrands KeySet(const Groom &groom, std::span<const uint32_t> keys, const SimulationSettings &settings) {
+    KeyStrands set(ResampleKeyHairs(groom, keys, settings.points), settings.points, settings.physics);
+    if (settings.balanced)
+        set.BalanceUnder(settings.gravity);
+    return set;
+}
+//<
+
+} // namespace
+
+HairSimulation::HairSimulation(Groom groom, std::unique_ptr<Obstacle> obstacle,
+                               const SimulationSettings &settings)
+    : settings_(settings), groom_(PointsOnCurves(WithoutPlacements(std::move(groom), "the groom"))),
+      obstacle_(std::move(obstacle)), keys_(KeysOf(groom_, settings)), set_(KeySet(groom_, keys_, settings)),
+      interpolation_(groom_, keys_, set_), pose_(settings.motion.At(0)) {}
+
+size_t HairSimulation::Substeps() const {
+    constexpr double kLongest = 1. / 60;
+    if (settings_.substeps > 0)
+        return settings_.substeps;
+    return static_cast<size_t>(std::ceil(1 / (settings_.framesPerSecond * kLongest) - 1e-9));
+}
+
+//> Take a frame in steps
+StepReport HairSimulation::NextFrame() {
+    const size_t n = Substeps();
+    const double dt = 1 / (settings_.framesPerSecond * static_cast<double>(n));
+    StepReport report;
+    for (size_t k = 0; k < n; ++k) {
+        const double time = Time() + dt * static_cast<double>(k + 1);
+        SetForces(time);
+        pose_ = settings_.motion.At(time);
+        report.Join(set_.Step(dt, pose_, *obstacle_));
+    }
+    ++frame_;
+    return report;
+}
+//<
+
+//> Let gravity and air act
+void HairSimulation::SetForces(double time) {
+    ParallelForRange(set_.StrandCount(), 64, [&](size_t first, size_t last) {
+        for (size_t s = first; s < last; ++s)
+            for (size_t i = 0; i < set_.PointCount(); ++i)
+                set_.SetForce(s, i, settings_.gravity, settings_.drag,
+                              settings_.wind.At(set_.Position(s, i), time));
+    });
+}
+//<
+
+Groom HairSimulation::Frame() const {
+    return interpolation_.Deform(set_, pose_, *obstacle_, settings_.physics.clearance);
+}
+
+} // namespace cuticle
+//<
