@@ -54,6 +54,7 @@ LITERATE = [
     "src/materials/hair_material.*",
     "src/render/path.*",
     "src/render/light_pilot.*",
+    "src/render/denoise.*",
     "src/render/integrator.*",
     "src/images/compare.*",
     "src/images/flip.*",

@@ -52,6 +52,7 @@ struct RenderArguments {
     uint64_t seed = 0;
     std::vector<float> crop;
     bool quiet = false, strict = false, variance = false, quick = false, resume = false;
+    std::optional<bool> denoise;      // the scene's wish, where it is not given
     std::optional<double> checkpoint; // seconds; 0: never
 };
 
@@ -118,6 +119,7 @@ RenderOptions RenderOptionsOf(const RenderArguments &a) {
     options.seed = a.seed;
     options.quick = a.quick;
     options.variance = a.variance;
+    options.film.denoise = a.denoise;
     options.interrupted = &StopAsked();
     if (!a.crop.empty())
         options.film.crop = {a.crop[0], a.crop[1], a.crop[2], a.crop[3]};
@@ -217,6 +219,7 @@ nlohmann::ordered_json StatsJson(const RenderArguments &a, const std::string &ou
     json["scene_mb"] = static_cast<double>(scene.MemoryBytes()) / (1024 * 1024);
     json["peak_rss_mb"] = PeakMegabytes();
     json["learned"] = stats.learned;
+    json["denoised"] = stats.denoised;
     json["nan_samples"] = stats.nanSamples;
     json["threads"] = stats.threads;
     json["isa"] = scene.Isa();
@@ -253,10 +256,21 @@ std::optional<size_t> ThreadsToUse(size_t wished) {
     throw ExitStatus{StopStatus()};
 }
 
+// Prints the closing lines.
+void TellTheEnd(const std::string &output, const Image &image, const Scene &scene, const Preparation &seconds,
+                const RenderStats &stats) {
+    std::cout << fmt::format("{}: {} x {}, {} samples per pixel, {} curves; read {:.1f} s, built {:.1f} s, "
+                             "rendered {:.1f} s\n",
+                             Printable(output), image.width, image.height, stats.sppReached, scene.Curves(),
+                             seconds.parse, seconds.build, stats.renderSeconds);
+    if (!stats.denoised.empty())
+        std::cout << "denoised: " << stats.denoised << "\n";
+}
+
 // The most bytes that the picture's file takes.
 uint64_t RoomFor(const SceneDescription &description, const RenderOptions &options) {
     const Point2i size = Film::WindowSizeOf(description.film, {options.film.crop, options.quick});
-    const uint64_t pixel = (options.variance ? 6 : 3) * sizeof(float);
+    const uint64_t pixel = 6 * sizeof(float); // with variance, or with what is denoised
     return static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y) * pixel + 65536; // and a header
 }
 
@@ -283,7 +297,7 @@ void RunRender(const RenderArguments &a) {
     seconds.parse = WallSeconds() - start;
     const std::string output = OutputName(a, description);
     CheckOutputs(output, a.stats);
-    ClaimFilm(description.film, {RenderOptionsOf(a).film.crop, a.quick, a.variance});
+    ClaimFilm(description.film, {RenderOptionsOf(a).film.crop, a.quick, a.variance, a.denoise});
 
     VLOG(1) << Printable(a.scene) << ": building";
     start = WallSeconds();
@@ -332,11 +346,7 @@ void RunRender(const RenderArguments &a) {
     if (failure || isStopped)
         TellWhatIsThere(output, stats, partsWritten > 0, failure);
     if (!a.quiet)
-        std::cout << fmt::format(
-            "{}: {} x {}, {} samples per pixel, {} curves; read {:.1f} s, built {:.1f} s, "
-            "rendered {:.1f} s\n",
-            Printable(output), image.width, image.height, stats.sppReached, scene.Curves(), seconds.parse,
-            seconds.build, stats.renderSeconds);
+        TellTheEnd(output, image, scene, seconds, stats);
     if (stats.nanSamples > 0)
         throw ExitStatus{1};
 }
@@ -370,6 +380,10 @@ void AddRenderCommand(CLI::App &app) {
         ->type_name("NAME");
     c->add_flag("--variance", a->variance,
                 "add the variance of every pixel's mean as channels variance.R .G .B (.exr)");
+    c->add_flag(
+        "--denoise,!--no-denoise", a->denoise,
+        "smooth the picture where its samples show that it gets better by it, and say how far it is "
+        "off; what is smoothed stays as channels unfiltered.R .G .B (default: the scene's Film says)");
     c->add_option(
          "--checkpoint", a->checkpoint,
          "keep what is rendered in PICTURE.part, so that no kill costs more than these seconds; 0: never "

@@ -1,5 +1,6 @@
 #include "render/film.h"
 
+#include "core/check.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "render/plugins.h"
@@ -20,6 +21,8 @@ constexpr ParamInfo kImageParams[] = {
      0, 1},
     {"scale", "float", "", "1", "a factor on the picture, above 0", 0, 1e12},
     {"maxsampleluminance", "float", "", "infinity", "brighter samples are darkened to it; above 0", 0},
+    {"denoise", "bool", "", "false",
+     "ours: the picture is smoothed where its samples show that it gets better by it (--denoise)"},
     {"diagonal", "float", "mm", "35", "of the film, for Camera \"realistic\""},
 };
 
@@ -34,10 +37,19 @@ const PluginTable &FilmPlugins() {
     return table;
 }
 
+// The scene's wish counts where the caller has none of his own, and does not ask for variances.
+static bool WantsDenoising(const Entity &entity, const FilmOptions &options) {
+    return options.denoise.value_or(!options.variance && entity.params.FindBool("denoise", false));
+}
+
 Film::Film(const Entity &entity, const FilmOptions &options) {
     ReadParams(entity, options);
     entity.params.ReportUnused("Film \"image\"");
-    MakePixels(options.variance);
+    const bool denoise = WantsDenoising(entity, options);
+    if (denoise && options.variance)
+        throw Error(entity.params.loc, "a denoised picture has no variance of its pixels: they share samples")
+            .WithRemedy("ask for one of the two");
+    MakePixels(options.variance, denoise);
 }
 
 Point2i Film::WindowSizeOf(const Entity &entity, const FilmOptions &options) {
@@ -75,14 +87,17 @@ void Film::ReadParams(const Entity &entity, const FilmOptions &options) {
     maxLuminance_ = p.FindFloat("maxsampleluminance", Infinity);
     if (!(maxLuminance_ > 0))
         throw Error(p.loc, "the film's \"maxsampleluminance\" must be above 0");
+    (void)p.FindBool("denoise", false);
     (void)p.FindFloat("diagonal", 35); // of the film in mm: only pbrt-v3's realistic camera uses it
 }
 
-void Film::MakePixels(bool variance) {
+void Film::MakePixels(bool variance, bool parts) {
     const Point2i size = WindowSize();
     pixels_.resize(static_cast<size_t>(size.x) * static_cast<size_t>(size.y));
     if (variance)
         squares_.resize(pixels_.size());
+    if (parts)
+        parts_.resize(pixels_.size());
 }
 
 void ClaimFilm(const Entity &entity, const FilmOptions &options) {
@@ -96,10 +111,13 @@ void ClaimFilm(const Entity &entity, const FilmOptions &options) {
         crop = *options.crop;
     for (size_t i = 0; i < 4; i += 2)
         pixels *= std::abs(std::clamp(crop[i + 1], 0.f, 1.f) - std::clamp(crop[i], 0.f, 1.f));
-    const double each = options.variance ? 136 : 56;
-    ClaimMemory(
-        fmt::format("the film of {} x {} pixels{}", size.x, size.y, options.variance ? " with variance" : ""),
-        static_cast<uint64_t>(std::min(pixels * each, 1e18)), p.loc);
+    const bool denoise = WantsDenoising(entity, options);
+    const double each = 56 + (options.variance ? 80 : 0) + (denoise ? 160 : 0);
+    ClaimMemory(fmt::format("the film of {} x {} pixels{}", size.x, size.y,
+                            options.variance ? " with variance"
+                            : denoise        ? " to be denoised"
+                                             : ""),
+                static_cast<uint64_t>(std::min(pixels * each, 1e18)), p.loc);
 }
 
 size_t Film::Tiles() const {
@@ -181,10 +199,10 @@ uint64_t Film::LeftOut() const {
     return SamplesDone() - std::min(held, SamplesDone());
 }
 
-// A sample as the film's "maxsampleluminance" lets it in.
-Spectrum Film::Darkened(const Spectrum &radiance) const {
+// The factor by which the film's "maxsampleluminance" lets a sample in.
+float Film::Darkening(const Spectrum &radiance) const {
     const float luminance = radiance.y();
-    return luminance > maxLuminance_ ? radiance * (maxLuminance_ / luminance) : radiance;
+    return luminance > maxLuminance_ ? maxLuminance_ / luminance : 1;
 }
 
 // squares: null where no variance is kept.
@@ -202,7 +220,7 @@ bool Film::Add(int x, int y, const Spectrum &radiance) {
     if (!radiance.IsFinite())
         return false;
     const size_t i = IndexOf(x, y);
-    Add(Darkened(radiance), &pixels_[i], HasVariance() ? &squares_[i] : nullptr);
+    Add(radiance * Darkening(radiance), &pixels_[i], HasVariance() ? &squares_[i] : nullptr);
     return true;
 }
 
@@ -211,13 +229,33 @@ FilmTile::FilmTile(const Film &film, size_t tile) : film_(film), number_(tile) {
     pixels_.resize(static_cast<size_t>((max_.x - min_.x) * (max_.y - min_.y)));
     if (film.HasVariance())
         squares_.resize(pixels_.size());
+    if (film.HasParts())
+        parts_.resize(pixels_.size());
 }
 
 bool FilmTile::Add(int x, int y, const Spectrum &radiance) {
+    DCHECK(parts_.empty());
     if (!radiance.IsFinite())
         return false;
-    const auto i = static_cast<size_t>((y - min_.y) * (max_.x - min_.x) + x - min_.x);
-    Film::Add(film_.Darkened(radiance), &pixels_[i], squares_.empty() ? nullptr : &squares_[i]);
+    const size_t i = IndexOf(x, y);
+    Film::Add(radiance * film_.Darkening(radiance), &pixels_[i], squares_.empty() ? nullptr : &squares_[i]);
+    return true;
+}
+
+bool FilmTile::Add(int x, int y, const Spectrum &radiance, int sample, const Spectrum &direct) {
+    if (!radiance.IsFinite() || !direct.IsFinite())
+        return false;
+    const size_t i = IndexOf(x, y);
+    const float factor = film_.Darkening(radiance);
+    Film::Add(radiance * factor, &pixels_[i], nullptr);
+    const bool isEven = sample % 2 == 0;
+    Film::Parts &parts = parts_[i];
+    for (size_t c = 0; c < 3; ++c) {
+        if (isEven)
+            parts.sums.Add(c, BinaryNumber::Of(radiance.c[c] * factor));
+        parts.sums.Add(c + (isEven ? 3 : 6), BinaryNumber::Of(direct.c[c] * factor));
+    }
+    parts.even += isEven ? 1 : 0;
     return true;
 }
 
@@ -230,14 +268,19 @@ void Film::Join(const FilmTile &tile, int count) {
             pixels_[to].n += tile.pixels_[from].n;
             if (HasVariance())
                 squares_[to].Add(tile.squares_[from]);
+            if (HasParts()) {
+                parts_[to].sums.Add(tile.parts_[from].sums);
+                parts_[to].even += tile.parts_[from].even;
+            }
         }
     taken_.back().done[tile.number_] += static_cast<uint32_t>(count);
 }
 
 std::string Film::Difference(const Film &other) const {
     const auto shape = [](const Film &f) {
-        return fmt::format("{} x {} pixels, window ({}, {}) to ({}, {}){}", f.resolution_.x, f.resolution_.y,
-                           f.min_.x, f.min_.y, f.max_.x, f.max_.y, f.HasVariance() ? ", with variance" : "");
+        return fmt::format("{} x {} pixels, window ({}, {}) to ({}, {}){}{}", f.resolution_.x,
+                           f.resolution_.y, f.min_.x, f.min_.y, f.max_.x, f.max_.y,
+                           f.HasVariance() ? ", with variance" : "", f.HasParts() ? ", to be denoised" : "");
     };
     if (shape(*this) != shape(other))
         return fmt::format("it has {}, not {}", shape(other), shape(*this));
@@ -262,6 +305,10 @@ void Film::Merge(const Film &other) {
         pixels_[i].n += other.pixels_[i].n;
         if (HasVariance())
             squares_[i].Add(other.squares_[i]);
+        if (HasParts()) {
+            parts_[i].sums.Add(other.parts_[i].sums);
+            parts_[i].even += other.parts_[i].even;
+        }
     }
 }
 
@@ -292,6 +339,30 @@ Image Film::Develop() const {
         }
     }
     return image;
+}
+
+std::array<PartHalves, 2> Film::DevelopParts() const {
+    CHECK(HasParts());
+    std::array<PartHalves, 2> parts;
+    for (PartHalves &part : parts)
+        part.a.resize(pixels_.size()), part.b.resize(pixels_.size());
+    for (size_t i = 0; i < pixels_.size(); ++i) {
+        const Parts &p = parts_[i];
+        const double counts[2] = {double(p.even), double(pixels_[i].n - p.even)};
+        for (size_t c = 0; c < 3; ++c) {
+            const double even = p.sums.Value(c);
+            const double all[2] = {even, pixels_[i].sums.Value(c) - even};
+            const double direct[2] = {p.sums.Value(c + 3), p.sums.Value(c + 6)};
+            for (size_t half = 0; half < 2; ++half) {
+                const size_t from = counts[half] > 0 ? half : 1 - half;
+                const double factor = counts[from] > 0 ? scale_ / counts[from] : 0;
+                (half ? parts[0].b : parts[0].a)[i].c[c] = static_cast<float>(factor * direct[from]);
+                (half ? parts[1].b : parts[1].a)[i].c[c] =
+                    static_cast<float>(factor * (all[from] - direct[from]));
+            }
+        }
+    }
+    return parts;
 }
 
 int Film::MinSamples() const {

@@ -4,6 +4,7 @@
 #include "images/image.h"
 #include "parser/scene_description.h"
 #include "render/binned_sum.h"
+#include "render/denoise.h"
 
 #include <optional>
 #include <string>
@@ -15,8 +16,10 @@ namespace cuticle {
 // Overrides from the command line.
 struct FilmOptions {
     std::optional<std::array<float, 4>> crop = {}; // x0 x1 y0 y1, fractions of the picture
-    bool quick = false;    // a quarter of the resolution in each direction, as pbrt's --quick
-    bool variance = false; // keep what the variance needs
+    bool quick = false;               // a quarter of the resolution in each direction, as pbrt's --quick
+    bool variance = false;            // keep what the variance needs
+    std::optional<bool> denoise = {}; // keep what denoising needs; default: the Film's
+                                      // "denoise", where no variance is asked for
 };
 
 // The samples first, ..., last - 1 of every pixel.
@@ -58,7 +61,7 @@ struct FilmRange {
 // bit. Sums are exact where all samples of the pixel are below 2^16 and multiples of 2^-62 (any above 2^-39
 // is); else it is as if each sample were cut below 2^-39 of the pixel's largest one, its square below 2^-78.
 //
-// A pixel takes 56 bytes, and 80 more with the variance.
+// A pixel takes 56 bytes, 80 more with the variance, and 160 more for denoising.
 class Film {
   public:
     // 2^28 pixels of this film take 15 GB; what is more is a slip of the pen.
@@ -74,6 +77,8 @@ class Film {
     Point2i WindowSize() const { return {max_.x - min_.x, max_.y - min_.y}; }
     size_t Pixels() const { return pixels_.size(); } // of the window
     bool HasVariance() const { return !squares_.empty(); }
+    // Whether direct light and the two halves of the samples are kept apart, for denoising.
+    bool HasParts() const { return !parts_.empty(); }
     const std::string &Filename() const { return filename_; }
 
     // The tiles of the window are numbered row by row. [min, max) are the pixels of one.
@@ -106,6 +111,9 @@ class Film {
     // "variance.R" ... (of the pixel's mean, estimated from the spread of its samples; low-discrepancy
     // sampling makes the true one smaller).
     Image Develop() const;
+    // Direct light, and what is scattered more often, each as the means of the samples of even and of odd
+    // number, scaled. A pixel that has one half alone has it twice. The film must have parts.
+    std::array<PartHalves, 2> DevelopParts() const;
     // The smallest number of samples that any pixel of the window holds.
     int MinSamples() const;
     // Says in what another film differs in shape or render from this one; "" where they can be merged.
@@ -120,16 +128,22 @@ class Film {
         uint32_t n = 0;
     };
     using Squares = BinnedSums<3, 3, 32>;
-    static_assert(sizeof(Pixel) == 56 && sizeof(Squares) == 80);
+    // Denoising needs these besides: the sums of the even samples' light, of their direct light, and of the
+    // odd ones' direct light.
+    struct Parts {
+        [[no_unique_address]] BinnedSums<9, 2, 16> sums;
+        uint32_t even = 0; // how many samples of even number there are
+    };
+    static_assert(sizeof(Pixel) == 56 && sizeof(Squares) == 80 && sizeof(Parts) == 160);
 
     static void Add(const Spectrum &radiance, Pixel *pixel, Squares *squares);
-    Spectrum Darkened(const Spectrum &radiance) const;
+    float Darkening(const Spectrum &radiance) const;
     size_t IndexOf(int x, int y) const {
         return static_cast<size_t>(y - min_.y) * static_cast<size_t>(max_.x - min_.x) +
                static_cast<size_t>(x - min_.x);
     }
     void ReadParams(const Entity &entity, const FilmOptions &options);
-    void MakePixels(bool variance);
+    void MakePixels(bool variance, bool parts);
     void SetWindow(const ParamSet &params, std::array<float, 4> crop);
 
     Point2i resolution_, min_, max_;
@@ -140,6 +154,7 @@ class Film {
     std::vector<FilmRange> taken_; // apart from one another
     std::vector<Pixel> pixels_;    // of the window, row by row
     std::vector<Squares> squares_; // the sums of squares; empty where no variance is asked for
+    std::vector<Parts> parts_;     // empty where nothing will be denoised
 };
 
 // Samples of one tile of a film, taken by one thread and joined to the film as one: whoever looks at the film
@@ -147,19 +162,25 @@ class Film {
 class FilmTile {
   public:
     FilmTile(const Film &film, size_t tile);
-    // As Film::Add, for a pixel of the tile.
+    // As Film::Add, for a pixel of the tile of a film without parts.
     bool Add(int x, int y, const Spectrum &radiance);
+    // As Film::Add, for a film with parts: `sample` is the sample's number, `direct` a part of the radiance.
+    bool Add(int x, int y, const Spectrum &radiance, int sample, const Spectrum &direct);
     size_t Number() const { return number_; }
     Point2i Min() const { return min_; }
     Point2i Max() const { return max_; }
 
   private:
     friend class Film;
+    size_t IndexOf(int x, int y) const {
+        return static_cast<size_t>((y - min_.y) * (max_.x - min_.x) + x - min_.x);
+    }
     const Film &film_;
     size_t number_;
     Point2i min_, max_;
     std::vector<Film::Pixel> pixels_;
     std::vector<Film::Squares> squares_;
+    std::vector<Film::Parts> parts_;
 };
 
 // Claims the memory of a film (core/memory_budget.h) before it is made, and before a scene is built for it. A

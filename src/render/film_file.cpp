@@ -14,7 +14,7 @@ namespace cuticle {
 
 namespace {
 
-constexpr std::string_view kMagic = "cuticle film 1\n";
+constexpr std::string_view kMagic = "cuticle film 2\n";
 constexpr std::string_view kFactMark = "fact:"; // before the names of an identity's facts
 constexpr size_t kHashLetters = 32;
 
@@ -130,6 +130,7 @@ std::string FilmFile::Header(const Film &film, const RenderTally &tally) {
     put("scale", film.scale_);
     put("maxsampleluminance", film.maxLuminance_);
     put("variance", film.HasVariance() ? 1 : 0);
+    put("parts", film.HasParts() ? 1 : 0);
     put("filename", film.filename_);
     for (const FilmRange &taken : film.taken_)
         put("range", taken.range.first, taken.range.last);
@@ -151,6 +152,10 @@ void FilmFile::PutTile(const Film &film, size_t tile, std::string *out) {
             PutSums(film.pixels_[i].sums, out);
             if (film.HasVariance())
                 PutSums(film.squares_[i], out);
+            if (film.HasParts()) {
+                PutNumber(film.parts_[i].even, out);
+                PutSums(film.parts_[i].sums, out);
+            }
         }
 }
 
@@ -174,12 +179,13 @@ void FilmFile::ReadHeader(std::string_view header) {
 // Makes the film of the header, with no pixel yet.
 void FilmFile::ReadShape() {
     Film &film = stored_.film;
-    int variance = 0;
+    int variance = 0, parts = 0;
     Numbers("resolution", {&film.resolution_.x, &film.resolution_.y});
     Numbers("window", {&film.min_.x, &film.min_.y, &film.max_.x, &film.max_.y});
     Numbers("scale", {&film.scale_});
     Numbers("maxsampleluminance", {&film.maxLuminance_});
     Numbers("variance", {&variance});
+    Numbers("parts", {&parts});
     Numbers("seconds", {&stored_.tally.seconds});
     Numbers("rays", {&stored_.tally.rays, &stored_.tally.shadowRays});
     film.filename_ = values_["filename"];
@@ -193,15 +199,18 @@ void FilmFile::ReadShape() {
             Refuse("is a damaged film: its ranges of samples are none");
         film.taken_.push_back({range, {}});
     }
-    if (variance)
-        film.squares_.resize(1); // says so to BytesOfTiles, until there is room
+    if (variance) // these say so to BytesOfTiles, until there is room
+        film.squares_.resize(1);
+    if (parts)
+        film.parts_.resize(1);
 }
 
 // The bytes that all tiles take in the file.
 size_t FilmFile::BytesOfTiles() const {
     const Film &film = stored_.film;
     const Point2i size = film.WindowSize();
-    const size_t pixel = 4 + 3 + 6 * 8 + (film.HasVariance() ? 3 + 9 * 8 : 0);
+    const size_t pixel =
+        4 + 3 + 6 * 8 + (film.HasVariance() ? 3 + 9 * 8 : 0) + (film.HasParts() ? 4 + 9 + 18 * 8 : 0);
     return static_cast<size_t>(size.x) * static_cast<size_t>(size.y) * pixel +
            film.Tiles() * film.taken_.size() * 4;
 }
@@ -221,8 +230,13 @@ void FilmFile::ReadTile(size_t tile, std::string_view *bytes) {
             const size_t i = film.IndexOf(x, y);
             Film::Pixel &pixel = film.pixels_[i];
             pixel.n = TakeNumber<uint32_t>(bytes);
-            const bool good = TakeSums(pixel.n, bytes, &pixel.sums) &&
-                              (!film.HasVariance() || TakeSums(pixel.n, bytes, &film.squares_[i]));
+            bool good = TakeSums(pixel.n, bytes, &pixel.sums) &&
+                        (!film.HasVariance() || TakeSums(pixel.n, bytes, &film.squares_[i]));
+            if (film.HasParts()) {
+                Film::Parts &parts = film.parts_[i];
+                parts.even = TakeNumber<uint32_t>(bytes);
+                good = good && parts.even <= pixel.n && TakeSums(pixel.n, bytes, &parts.sums);
+            }
             if (!good || pixel.n > done)
                 Refuse(fmt::format("is a damaged film: pixel ({}, {}) holds what no samples make", x, y));
         }
@@ -249,7 +263,7 @@ StoredFilm FilmFile::Read(const std::string &filename, std::string_view bytes) {
         file.Refuse(fmt::format("is a damaged film: {} bytes of pixels where its header asks for {}",
                                 bytes.size(), file.BytesOfTiles()));
     Film &film = file.stored_.film;
-    film.MakePixels(film.HasVariance());
+    film.MakePixels(film.HasVariance(), film.HasParts());
     for (FilmRange &taken : film.taken_)
         taken.done.resize(film.Tiles());
     for (size_t tile = 0; tile < film.Tiles(); ++tile)

@@ -25,6 +25,11 @@ struct Pilot {
     std::function<Ray(Point2i cell, int sample, PixelSampler *sampler)> ray;
 };
 
+// Divides a sample's light for whoever treats its parts apart (render/denoise.h).
+struct LightParts {
+    Spectrum direct; // that rough surfaces scattered once at most; mirrors and glass do not count
+};
+
 // Estimates the radiance that arrives along a ray from the camera. Const and without state of its own: any
 // number of threads may call it. May return values that are not finite (the film counts and reports them).
 class Integrator {
@@ -32,6 +37,11 @@ class Integrator {
     virtual ~Integrator() = default;
     virtual Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
                         RayCounts &counts) const = 0;
+    // Gives the same radiance and tells its parts; where an integrator knows of none, all of it is direct.
+    virtual Spectrum LiInParts(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
+                               RayCounts &counts, LightParts *parts) const {
+        return parts->direct = Li(cameraRay, scene, sampler, counts);
+    }
     // Learns from a pilot how to spend the samples best; the expected picture stays. Once, before any Li.
     virtual void Learn(const Pilot & /*pilot*/, const Scene & /*scene*/) {}
     // Says what was learned, in words for the statistics; empty where nothing was.

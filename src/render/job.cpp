@@ -52,7 +52,7 @@ class RenderJob {
   public:
     RenderJob(const SceneDescription &description, const Scene &scene, const JobOptions &options)
         : scene_(scene), options_(options), sceneName_(description.filename),
-          film_(description.film, {options.film.crop, options.quick, options.variance}),
+          film_(description.film, {options.film.crop, options.quick, options.variance, options.film.denoise}),
           camera_(MakeCamera(description.camera, film_.Resolution(),
                              description.film.params.FindFloat("diagonal", 35))),
           filter_(MakeFilter(description.filter)),
@@ -67,6 +67,10 @@ class RenderJob {
         if (!(0 <= samples_.first && samples_.first < samples_.last && samples_.last <= spp_))
             throw Error("the samples {} to {} are no part of {} per pixel", samples_.first, samples_.last,
                         spp_);
+        if (film_.HasParts() && spp_ < 2)
+            throw Error(description.sampler.params.loc,
+                        "denoising compares two halves of the samples, and there is one sample per pixel")
+                .WithRemedy("take 2 or more, or say --no-denoise");
         film_.Expect(IdentityOf(description, options, spp_), samples_);
         if (options.checkpoints)
             LookForPart(*options.checkpoints);
@@ -82,7 +86,8 @@ class RenderJob {
     void LookForPart(const Checkpoints &checkpoints);
     void RenderTile(size_t tile, int to);
     Ray CameraRay(int x, int y, PixelSampler *sampler, float *weight) const;
-    Spectrum TakeSample(int x, int y, int sample, PixelSampler *sampler, RayCounts *rays) const;
+    PixelSampler MakePixelSampler() const;
+    bool TakeSample(int x, int y, int sample, PixelSampler *sampler, RayCounts *rays, FilmTile *tile) const;
     void Learn();
     void ReportNaN(int x, int y, int sample);
     void Join(const FilmTile &tile, int samples, double seconds, const RayCounts &rays);
@@ -199,11 +204,24 @@ Ray RenderJob::CameraRay(int x, int y, PixelSampler *sampler, float *weight) con
     return camera_.GenerateRay(pFilm, sampler->Get2D());
 }
 
-Spectrum RenderJob::TakeSample(int x, int y, int sample, PixelSampler *sampler, RayCounts *rays) const {
-    sampler->Start(x, y, sample);
+// Samples to be denoised make two sets, the even and the odd ones, each stratified by itself: what is
+// measured by comparing them holds only if they share nothing.
+PixelSampler RenderJob::MakePixelSampler() const {
+    return {sampler_.kind, film_.HasParts() ? (spp_ + 1) / 2 : spp_, options_.seed};
+}
+
+// Takes a sample and adds it to its tile; false where it is not finite.
+bool RenderJob::TakeSample(int x, int y, int sample, PixelSampler *sampler, RayCounts *rays,
+                           FilmTile *tile) const {
+    const bool inParts = film_.HasParts();
+    sampler->Start(x, y, inParts ? sample / 2 + sample % 2 * sampler->SamplesPerPixel() : sample);
     float weight = 1;
     const Ray ray = CameraRay(x, y, sampler, &weight);
-    return integrator_->Li(ray, scene_, *sampler, *rays) * weight;
+    if (!inParts)
+        return tile->Add(x, y, integrator_->Li(ray, scene_, *sampler, *rays) * weight);
+    LightParts parts;
+    const Spectrum L = integrator_->LiInParts(ray, scene_, *sampler, *rays, &parts);
+    return tile->Add(x, y, L * weight, sample, parts.direct * weight);
 }
 
 // Lets the integrator learn from a pilot that is small beside the render, unless a useful one would not be.
@@ -247,12 +265,12 @@ void RenderJob::RenderTile(size_t tile, int to) {
         return fmt::format("while rendering {}, pixel ({}, {}), sample {}", sceneName_, x, y, s);
     };
     const CheckContext context(whereWeAre);
-    PixelSampler sampler(sampler_.kind, spp_, options_.seed);
+    PixelSampler sampler = MakePixelSampler();
     RayCounts rays;
     for (y = piece.Min().y; y < piece.Max().y; ++y)
         for (x = piece.Min().x; x < piece.Max().x; ++x)
             for (s = from; s < to; ++s)
-                if (!piece.Add(x, y, TakeSample(x, y, s, &sampler, &rays)))
+                if (!TakeSample(x, y, s, &sampler, &rays, &piece))
                     ReportNaN(x, y, s);
     Join(piece, to - from, WallSeconds() - start, rays);
     if (PartIsDue())

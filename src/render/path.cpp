@@ -53,8 +53,11 @@ Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSa
         //<
         //> Add light that the ray ran into, weighted against light sampling
         const float *const otherPdf = specularBounce ? nullptr : &bsdfPdf;
-        if (!settings_.separateLightRay || specularBounce)
-            L += beta * LightFound(scene, ray.ray, found ? &si : nullptr, previous, otherPdf);
+        if (!settings_.separateLightRay || specularBounce) {
+            const Spectrum met = beta * LightFound(scene, ray.ray, found ? &si : nullptr, previous, otherPdf);
+            L += met;
+            recorder.Gathered(met);
+        }
         recorder.Found(beta, scene, ray.ray, found ? &si : nullptr, previous, otherPdf);
         //<
         //> End the path in the void or at its greatest depth
@@ -78,11 +81,17 @@ Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSa
         bsdf.SetFrame(si.shading, si.n);
         si.material->MakeBSDF(si, &bsdf);
         if (bsdf.HasNonSpecular()) {
-            L += beta * SampleLights(si, bsdf, scene, sampler, counts);
+            recorder.Scattered();
+            const Spectrum sampled = beta * SampleLights(si, bsdf, scene, sampler, counts);
+            L += sampled;
+            recorder.Gathered(sampled);
             recorder.AtSurface(beta, si, bsdf, scene, sampler);
         }
-        if (settings_.separateLightRay)
-            L += beta * SampleBSDFForLight(si, bsdf, scene, sampler, counts);
+        if (settings_.separateLightRay) {
+            const Spectrum met = beta * SampleBSDFForLight(si, bsdf, scene, sampler, counts);
+            L += met;
+            recorder.Gathered(met);
+        }
         //<
         //> Choose the next direction by the BSDF
         BSDFSample sample;
@@ -121,6 +130,8 @@ struct NoRecorder {
     void Found(const Ignored &...) const {}
     template <class... Ignored>
     void AtSurface(const Ignored &...) const {}
+    void Gathered(const Spectrum &) const {}
+    void Scattered() const {}
 };
 
 } // namespace
@@ -129,6 +140,31 @@ Spectrum PathIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampl
                             RayCounts &counts) const {
     NoRecorder nobody;
     return Trace(cameraRay, scene, sampler, counts, nobody);
+}
+//<
+
+//> Tell direct light from what is scattered more often
+namespace {
+
+// Adds up the light that is found until a second rough surface scatters it.
+struct PartsRecorder : NoRecorder {
+    void Gathered(const Spectrum &light) {
+        if (scatterings <= 1)
+            direct += light;
+    }
+    void Scattered() { ++scatterings; }
+    Spectrum direct;
+    int scatterings = 0;
+};
+
+} // namespace
+
+Spectrum PathIntegrator::LiInParts(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
+                                   RayCounts &counts, LightParts *parts) const {
+    PartsRecorder recorder;
+    const Spectrum L = Trace(cameraRay, scene, sampler, counts, recorder);
+    parts->direct = recorder.direct;
+    return L;
 }
 //<
 
@@ -238,6 +274,8 @@ class LightRecorder {
                               const Point2f &, RayCounts &, LightEstimate *);
     LightRecorder(LightPilotPath *path, Sampling sample) : path_(*path), sample_(sample) {}
 
+    void Gathered(const Spectrum &) const {}
+    void Scattered() const {}
     void Found(const Spectrum &beta, const Scene &scene, const Ray &ray, const SurfaceInteraction *surface,
                const LightSampler::Receiver &from, const float *bsdfPdf) {
         ForEachLightFound(scene, ray, surface, from.p, [&](const Spectrum &Le, int light, float lightPdf) {

@@ -26,6 +26,8 @@ class PathIntegrator : public Integrator {
     explicit PathIntegrator(const Settings &settings) : settings_(settings) {}
     Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
                 RayCounts &counts) const override;
+    Spectrum LiInParts(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler, RayCounts &counts,
+                       LightParts *parts) const override;
     // Learns how often to sample which kind of light.
     void Learn(const Pilot &pilot, const Scene &scene) override;
     std::string Learned() const override;

@@ -1,5 +1,8 @@
 #include "render/renderer.h"
 
+#include "core/parallel.h"
+#include "render/denoise.h"
+
 #include <filesystem>
 
 namespace cuticle {
@@ -25,6 +28,24 @@ ImageAttribute MatrixAttribute(const Transform &t) {
         for (size_t j = 0; j < 4; ++j)
             a.matrix[4 * i + j] = static_cast<float>(t.M()[j][i]);
     return a;
+}
+
+// Denoises a film's picture. The means of its samples stay as channels unfiltered.R, .G and .B. Returns what
+// was found.
+std::string DenoiseImage(const Film &film, Image *image) {
+    if (film.MinSamples() < 2) // the render was stopped
+        return "not denoised, as some pixels have one sample alone";
+    const DenoisedPicture denoised = Denoise({image->width, image->height}, film.DevelopParts());
+    Image both(image->width, image->height, {"R", "G", "B", "unfiltered.R", "unfiltered.G", "unfiltered.B"});
+    both.fullWidth = image->fullWidth, both.fullHeight = image->fullHeight;
+    both.cropX = image->cropX, both.cropY = image->cropY;
+    for (size_t i = 0; i < denoised.picture.size(); ++i)
+        for (size_t c = 0; c < 3; ++c) {
+            both.data[6 * i + c] = denoised.picture[i].c[c];
+            both.data[6 * i + 3 + c] = image->data[3 * i + c];
+        }
+    *image = std::move(both);
+    return denoised.Words();
 }
 
 } // namespace
@@ -55,6 +76,13 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
         stats->nanSamples = job.nanSamples;
     }
     Image image = job.film.Develop();
+    if (job.film.HasParts()) {
+        std::string words;
+        OnThreads(options.threads, [&] { words = DenoiseImage(job.film, &image); });
+        image.attributes["denoised"] = TextAttribute(words);
+        if (stats)
+            stats->denoised = words;
+    }
     image.attributes["scene"] =
         TextAttribute(std::filesystem::path(description.filename).filename().string());
     image.attributes["version"] = TextAttribute(CUTICLE_VERSION);

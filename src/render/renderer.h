@@ -18,7 +18,8 @@ struct RenderStats {
     size_t threads = 0;
     uint64_t rays = 0, shadowRays = 0; // to find the next surface; to find whether a light is seen
     std::string learned;               // by the integrator from a pilot, in words
-    uint64_t nanSamples = 0;           // left out of the picture and reported
+    std::string denoised;    // how far the picture is off, in words; empty where it was not asked for
+    uint64_t nanSamples = 0; // left out of the picture and reported
 };
 
 // Renders the scene. The image carries as attributes: scene, spp, seed, version, worldToCamera, worldToScreen

@@ -59,10 +59,12 @@ class FilmFileTest : public testing::Test {
 };
 
 // A film of 20 x 17 pixels, so of four tiles, with numbers of all sizes.
-Film MadeFilm(bool variance, SampleRange range) {
+enum class Kind { Plain, Variance, Parts };
+Film MadeFilm(Kind kind, SampleRange range) {
     const std::string text = "Film \"image\" \"integer xresolution\" 20 \"integer yresolution\" 17 "
                              "\"float scale\" .1 \"string filename\" \"odd \\\\ name\" WorldBegin WorldEnd";
-    Film film(ParseSceneText(AllPlugins(), text, "film.pbrt").film, {.variance = variance});
+    Film film(ParseSceneText(AllPlugins(), text, "film.pbrt").film,
+              {.variance = kind == Kind::Variance, .denoise = kind == Kind::Parts});
     film.Expect({{{"scene", "a\nb\\c=d"}, {"nothing", ""}}}, range);
     RNG rng(static_cast<uint64_t>(range.first));
     for (size_t i = 0; i < film.Tiles(); ++i) {
@@ -72,9 +74,13 @@ Film MadeFilm(bool variance, SampleRange range) {
             for (int x = tile.Min().x; x < tile.Max().x; ++x)
                 for (int s = 0; s < count; ++s) {
                     const float value = std::pow(10.f, 60 * rng.UniformFloat() - 30);
-                    tile.Add(x, y,
-                             x == 3 && s == 0 ? Spectrum(std::numeric_limits<float>::quiet_NaN())
-                                              : Spectrum(value, -value, 1));
+                    const Spectrum light = x == 3 && s == 0
+                                               ? Spectrum(std::numeric_limits<float>::quiet_NaN())
+                                               : Spectrum(value, -value, 1);
+                    if (kind == Kind::Parts)
+                        tile.Add(x, y, light, range.first + s, light * 0.75f);
+                    else
+                        tile.Add(x, y, light);
                 }
         film.Join(tile, count);
     }
@@ -82,9 +88,9 @@ Film MadeFilm(bool variance, SampleRange range) {
 }
 
 TEST_F(FilmFileTest, FilmsComeBackBitForBit) {
-    for (const bool variance : {false, true}) {
-        Film film = MadeFilm(variance, {8, 12});
-        film.Merge(MadeFilm(variance, {0, 3}));
+    for (const Kind kind : {Kind::Plain, Kind::Variance, Kind::Parts}) {
+        Film film = MadeFilm(kind, {8, 12});
+        film.Merge(MadeFilm(kind, {0, 3}));
         WriteFilm(Path("a.part"), film, {12.5, 7, 8});
         const StoredFilm back = ReadFilm(Path("a.part"));
         EXPECT_EQ(back.film.Difference(film), "");
@@ -105,14 +111,27 @@ TEST_F(FilmFileTest, FilmsComeBackBitForBit) {
         EXPECT_EQ(back.tally.shadowRays, 8u);
         // What is read can be gone on with
         Film a = film, b = back.film;
-        a.Merge(MadeFilm(variance, {20, 24}));
-        b.Merge(MadeFilm(variance, {20, 24}));
+        a.Merge(MadeFilm(kind, {20, 24}));
+        b.Merge(MadeFilm(kind, {20, 24}));
         EXPECT_EQ(a.Develop().data, b.Develop().data);
+        if (kind != Kind::Parts)
+            continue;
+        // In whatever order, the halves and the direct light are the same
+        Film c = MadeFilm(kind, {20, 24});
+        c.Merge(MadeFilm(kind, {0, 3})), c.Merge(MadeFilm(kind, {8, 12}));
+        for (const Film *other : {&b, &c})
+            for (size_t part = 0; part < 2; ++part) {
+                EXPECT_EQ(other->DevelopParts()[part].a, a.DevelopParts()[part].a);
+                EXPECT_EQ(other->DevelopParts()[part].b, a.DevelopParts()[part].b);
+            }
+        const auto parts = a.DevelopParts();
+        EXPECT_FLOAT_EQ(parts[0].a[0].c[2], 0.75f * 0.1f) << "direct: three quarters of 1, scaled";
+        EXPECT_FLOAT_EQ(parts[1].b[0].c[2], 0.25f * 0.1f);
     }
 }
 
 TEST_F(FilmFileTest, DamageIsAnErrorAndTakesNoMemory) {
-    WriteFilm(Path("a.part"), MadeFilm(true, {0, 4}), {});
+    WriteFilm(Path("a.part"), MadeFilm(Kind::Variance, {0, 4}), {});
     const std::string good = ReadFile(Path("a.part"), "it");
     for (size_t n = 0; n < good.size(); n += 1 + n / 7)
         EXPECT_NE(WhyRefused(good.substr(0, n)), "") << n;
@@ -121,7 +140,7 @@ TEST_F(FilmFileTest, DamageIsAnErrorAndTakesNoMemory) {
         wrong[at] ^= 1;
         EXPECT_NE(WhyRefused(wrong), "") << at;
     }
-    EXPECT_NE(WhyRefused("cuticle film 2\n").find("another version"), std::string::npos);
+    EXPECT_NE(WhyRefused("cuticle film 1\n").find("another version"), std::string::npos);
     EXPECT_NE(WhyRefused("a picture").find("is no film"), std::string::npos);
     // With the right hash, it is what stands there that is judged
     const std::string unsealed = good.substr(0, good.size() - 32);
@@ -140,6 +159,7 @@ TEST_F(FilmFileTest, DamageIsAnErrorAndTakesNoMemory) {
              {"range=0 4", "range=0 3"}, // a tile has got 4
              {"range=0 4", "range=0 99999999999"},
              {"variance=1", "variance=0"},
+             {"parts=0", "parts=1"},
              {"seconds=0", "seconds"}})
         EXPECT_NE(WhyRefused(with(from, to)).find("is a damaged film"), std::string::npos) << to;
     // The first counter of the first pixel: more than four samples can add
