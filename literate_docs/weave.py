@@ -65,6 +65,8 @@ LITERATE = [
     "src/dynamics/obstacle.*",
     "src/dynamics/key_hairs.*",
     "src/dynamics/simulation.*",
+    "src/dynamics/velocity_grid.*",
+    "src/dynamics/directing.*",
 ]
 CHAPTERS = "literate_docs/[0-9A-Z]*-*.md"  # numbered chapters, then appendices by letter
 

@@ -65,6 +65,25 @@ constexpr ParamInfo kKeysParams[] = {
     {"shift", "vector3s", "cm", "none", "a shift for each time; the first is 0 0 0", -1e6, 1e6},
     {"pivot", "point3", "cm", "0 -12 -3", "point that the head turns about: the neck", -1e6, 1e6},
 };
+constexpr ParamInfo kGridParams[] = {
+    {"drag", "float", "1/s", "20", "by which hair is drawn to the velocity of the hair around it", 0, 1e6},
+    {"cell", "float", "cm", "1.5", "side of a cell", 0.01, 1e4},
+    {"passes", "integer", "", "2", "times that velocities are smoothed on the grid", 0, 1000},
+    {"flip", "float", "", "0",
+     "share of the target that is a hair's own velocity and what smoothing changes (FLIP), not the smoothed "
+     "velocity (PIC)",
+     0, 1},
+};
+constexpr std::string_view kKernels[] = {"smooth", "tent"};
+constexpr ParamInfo kDensityParams[] = {
+    {"filename", "string", "", "", "a file of strands in the wanted shape"},
+    {"time", "float", "time code", "the first", "of a .usda file's time samples, the last that is no later"},
+    {"factor", "float", "cm^2/s^2", "3e4",
+     "strength of the pull: acceleration is the factor times equation 3's", 0, 1e12},
+    {"cells", "floats", "cm", "6 3 1.5",
+     "sides of cells, coarse to fine, each for an equal share of the time", 0.25, 1e3},
+    ChoiceParam("kernel", kKernels, "how points make a density: a quadratic B-spline, or the paper's tent"),
+};
 constexpr ParamInfo kWindParams[] = {
     {"velocity", "vector3", "cm/s", "0 0 0", "its mean velocity", -1e5, 1e5},
     {"gust", "float", "", "0.5", "strength of gusts against the mean", 0, 10},
@@ -85,6 +104,8 @@ std::vector<StatementKind> MakeStatementKinds() {
           {"capsule", kCapsuleParams, "a cylinder with round ends"}},
          true},
         {"Motion", {{"keys", kKeysParams, "the head, and obstacles with it, move by keys on a smooth way"}}},
+        {"HairToHair", {{"grid", kGridParams, "hair holds hair: velocities are smoothed on a grid"}}},
+        {"Target", {{"density", kDensityParams, "hair is drawn to where a target's density is"}}},
         {"Wind",
          {{"steady", kWindParams, "a wind with gusts that travel with it; drag says how it takes hold"}}},
     };
@@ -185,10 +206,35 @@ void ReadStrands(const ParamSet &p, SimulationRecipe *recipe) {
                     s.framesPerSecond, kMaxFrames);
 }
 
+// The target's key hairs are those of the groom where it has the same strands.
+void ReadTarget(const Statement &s, SimulationRecipe *recipe) {
+    const PlaceScope place(s.params.loc);
+    HairDirection &d = recipe->settings.direction;
+    const std::string filename = s.params.FindFilename("filename");
+    if (filename.empty())
+        throw Error("this target needs \"string filename\"");
+    std::optional<double> time;
+    if (const Param *given = s.params.Find("time"))
+        time = given->numbers[0];
+    const Groom groom = PointsOnCurves(WithoutPlacements(ReadGroomFile(filename, {.time = time}), filename));
+    const bool same = groom.StrandCount() == recipe->groom.StrandCount();
+    const std::vector<uint32_t> keys =
+        ChooseKeyHairs(same ? recipe->groom : groom, recipe->settings.keyHairs);
+    d.points = ResampleKeyHairs(groom, keys, recipe->settings.points);
+    if (d.points.empty())
+        throw Error("{}: there is no strand of two points in the target", filename);
+    d.factor = NumberOf(s.params, "factor", d.factor);
+    if (const Param *cells = s.params.Find("cells"))
+        d.cells = cells->numbers;
+    d.seconds = recipe->seconds;
+    d.kernel =
+        s.params.FindString("kernel", "smooth") == "tent" ? DensityKernel::Tent : DensityKernel::Smooth;
+}
+
 SimulationRecipe MakeRecipe(const std::vector<Statement> &statements, const std::string &name) {
     SimulationRecipe recipe;
     std::vector<std::unique_ptr<Obstacle>> bodies;
-    const Statement *hair = nullptr;
+    const Statement *hair = nullptr, *target = nullptr;
     for (const Statement &s : statements) {
         const std::string_view directive = s.kind->directive;
         if (directive == "Hair")
@@ -199,6 +245,11 @@ SimulationRecipe MakeRecipe(const std::vector<Statement> &statements, const std:
             bodies.push_back(MakeRecipeObstacle(s));
         else if (directive == "Motion")
             recipe.settings.motion = MakeMotion(s.params);
+        else if (directive == "HairToHair")
+            recipe.settings.coupling = {NumberOf(s.params, "drag", 20), NumberOf(s.params, "cell", 1.5),
+                                        CountOf(s.params, "passes", 2), NumberOf(s.params, "flip", 0)};
+        else if (directive == "Target")
+            target = &s;
         else if (directive == "Wind")
             recipe.settings.wind = {VectorOf(s.params, "velocity", {}), NumberOf(s.params, "gust", 0.5),
                                     NumberOf(s.params, "gustlength", 15)};
@@ -207,6 +258,8 @@ SimulationRecipe MakeRecipe(const std::vector<Statement> &statements, const std:
         throw Error("{}: there is no Hair in this recipe", name)
             .WithRemedy("give it Hair \"groom\" or Hair \"hairfile\"");
     recipe.groom = MakeRecipeHair(*hair);
+    if (target != nullptr)
+        ReadTarget(*target, &recipe);
     recipe.obstacle = MakeUnion(std::move(bodies));
     return recipe;
 }

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "dynamics/velocity_grid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -89,7 +90,7 @@ size_t HairSimulation::Substeps() const {
 //> Take a frame in steps
 StepReport HairSimulation::NextFrame() {
     const size_t n = Substeps();
-    const double dt = 1 / (settings_.framesPerSecond * static_cast<double>(n));
+    const double dt = StepLength();
     StepReport report;
     for (size_t k = 0; k < n; ++k) {
         const double time = Time() + dt * static_cast<double>(k + 1);
@@ -102,13 +103,92 @@ StepReport HairSimulation::NextFrame() {
 }
 //<
 
-//> Let gravity and air act
-void HairSimulation::SetForces(double time) {
+namespace {
+
+std::vector<Vector3d> AllPositions(const KeyStrands &set) {
+    std::vector<Vector3d> points(set.StrandCount() * set.PointCount());
+    for (size_t s = 0, n = 0; s < set.StrandCount(); ++s)
+        for (size_t i = 0; i < set.PointCount(); ++i)
+            points[n++] = set.Position(s, i);
+    return points;
+}
+
+} // namespace
+
+//> Find the velocities that neighbours ask for
+void HairSimulation::FindCoupledVelocities() {
+    const HairCoupling &c = settings_.coupling;
+    const size_t n = set_.PointCount();
+    points_.resize(set_.StrandCount() * n), velocities_.resize(points_.size()),
+        masses_.resize(points_.size());
     ParallelForRange(set_.StrandCount(), 64, [&](size_t first, size_t last) {
         for (size_t s = first; s < last; ++s)
-            for (size_t i = 0; i < set_.PointCount(); ++i)
-                set_.SetForce(s, i, settings_.gravity, settings_.drag,
-                              settings_.wind.At(set_.Position(s, i), time));
+            for (size_t i = 0; i < n; ++i) {
+                points_[s * n + i] = set_.Position(s, i);
+                velocities_[s * n + i] = set_.Velocity(s, i);
+                masses_[s * n + i] = set_.Mass(s, i);
+            }
+    });
+    VelocityGrid grid(points_, masses_, velocities_, c.cell);
+    std::vector<Vector3d> rough;
+    if (c.flip > 0)
+        for (size_t i = 0; i < points_.size(); ++i)
+            rough.push_back(grid.At(points_[i], velocities_[i]));
+    grid.Smooth(c.passes);
+    ParallelForRange(points_.size(), 4096, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const Vector3d own = velocities_[i], smooth = grid.At(points_[i], own);
+            velocities_[i] = c.flip > 0 ? smooth + (own - rough[i]) * c.flip : smooth;
+        }
+    });
+}
+//<
+
+//> Find what pulls hair to its target
+double HairDirection::CellAt(double time) const {
+    const double share = seconds > 0 ? std::clamp(time / seconds, 0., 1.) : 1;
+    const auto n = static_cast<double>(cells.size());
+    return cells[static_cast<size_t>(std::min(share * n, n - 1))];
+}
+std::vector<DensityTarget::Pull> HairSimulation::TargetPulls(double time) {
+    const HairDirection &d = settings_.direction;
+    if (const double cell = d.CellAt(time); cell != targetCell_) {
+        target_ = std::make_unique<DensityTarget>(d.points, cell, d.kernel);
+        targetCell_ = cell;
+    }
+    return target_->Pulls(AllPositions(set_));
+}
+double HairSimulation::TargetEnergy(double cell) const {
+    return DensityTarget(settings_.direction.points, cell, settings_.direction.kernel)
+        .Energy(AllPositions(set_));
+}
+//<
+
+//> Let all forces act
+void HairSimulation::SetForces(double time) {
+    const bool coupled = settings_.coupling.drag > 0, directed = !settings_.direction.points.empty();
+    if (coupled)
+        FindCoupledVelocities();
+    const std::vector<DensityTarget::Pull> pulls =
+        directed ? TargetPulls(time) : std::vector<DensityTarget::Pull>{};
+    const double dt = StepLength(), factor = settings_.direction.factor;
+    ParallelForRange(set_.StrandCount(), 64, [&](size_t first, size_t last) {
+        for (size_t s = first; s < last; ++s)
+            for (size_t i = 0; i < set_.PointCount(); ++i) {
+                const size_t at = s * set_.PointCount() + i;
+                // Several drags are one toward their weighted mean
+                double drag = settings_.drag;
+                Vector3d push = settings_.wind.At(set_.Position(s, i), time) * drag;
+                if (coupled) {
+                    drag += settings_.coupling.drag;
+                    push += velocities_[at] * settings_.coupling.drag;
+                }
+                if (directed) { // what would overshoot in a step is held back like by a drag
+                    drag += factor * pulls[at].stiffness * dt;
+                    push += pulls[at].force * factor;
+                }
+                set_.SetForce(s, i, settings_.gravity + push, drag, {});
+            }
     });
 }
 //<

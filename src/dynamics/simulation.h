@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/vecmath.h"
+#include "dynamics/directing.h"
 #include "dynamics/key_hairs.h"
 #include "dynamics/obstacle.h"
 #include "dynamics/strand.h"
@@ -43,6 +44,29 @@ struct Wind {
 };
 //<
 
+//> Say how hairs hold one another
+// Drag of key hairs toward the velocity of the hair around them, on a grid (dynamics/velocity_grid.h).
+struct HairCoupling {
+    double drag = 0;   // 1/s; 0: none
+    double cell = 1.5; // cm, > 0
+    size_t passes = 2; // of smoothing
+    // The share of the target that is a hair's own velocity and what smoothing changed around it (FLIP),
+    // instead of the smoothed velocity itself (PIC): 0 to 1.
+    double flip = 0;
+};
+//<
+
+//> Say what hair is directed to
+struct HairDirection {
+    std::vector<Vector3d> points; // of the key hairs in the wanted shape, in the world; empty: no direction
+    double factor = 3e4;          // cm^2/s^2 for equation 3's energy
+    std::vector<double> cells{6, 3, 1.5}; // cm, coarse to fine, each for an equal share of `seconds`
+    double seconds = 2;
+    DensityKernel kernel = DensityKernel::Smooth;
+    double CellAt(double time) const;
+};
+//<
+
 //> Gather the settings of a simulation
 struct SimulationSettings {
     StrandPhysics physics;
@@ -55,6 +79,8 @@ struct SimulationSettings {
     double drag = 3;      // of the air, 1/s
     Wind wind;
     HeadMotion motion;
+    HairCoupling coupling;
+    HairDirection direction;
 };
 //<
 
@@ -68,6 +94,8 @@ class HairSimulation {
     double Time() const { return static_cast<double>(frame_) / settings_.framesPerSecond; }
     // Goes on to the next frame.
     StepReport NextFrame();
+    // The energy of equation 3 between the key hairs and their target, on a lattice of this cell (cm).
+    double TargetEnergy(double cell) const;
     // All hairs as they are now.
     Groom Frame() const;
 
@@ -75,9 +103,12 @@ class HairSimulation {
     KeyStrands *MutableKeys() { return &set_; }
     const SimulationSettings &Settings() const { return settings_; }
     size_t Substeps() const;
+    double StepLength() const { return 1 / (settings_.framesPerSecond * static_cast<double>(Substeps())); }
 
   private:
     void SetForces(double time);
+    void FindCoupledVelocities(); // into velocities_
+    std::vector<DensityTarget::Pull> TargetPulls(double time);
 
     SimulationSettings settings_;
     Groom groom_;
@@ -86,6 +117,10 @@ class HairSimulation {
     KeyStrands set_;
     HairInterpolation interpolation_;
     Pose pose_;
+    std::vector<Vector3d> points_, velocities_; // of the key hairs' points, kept from step to step
+    std::vector<double> masses_;
+    std::unique_ptr<DensityTarget> target_;
+    double targetCell_ = 0; // of target_
     size_t frame_ = 0;
 };
 //<

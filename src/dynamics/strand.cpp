@@ -16,13 +16,14 @@ using rods::RodEdge;
 using rods::RodHinge;
 
 constexpr double kMaxSpeed = 1e6; // cm/s; beyond it a step has gone wrong
-constexpr size_t kMaxRounds = 60; // of projection
+constexpr size_t kMaxRounds = 200; // of projection
 constexpr double kLengthTolerance = 1e-6;
 constexpr double kTouching = 1e-6; // cm
 // Stiffness of contacts in units of 1 / dt^2: a point under gravity sinks in by a ten-thousandth of what it
 // would fall in a step, and is then pushed out exactly.
 constexpr double kContactStiffness = 1e4;
 
+constexpr double kFar = 0.5; // cm
 // A point that sticks gives way by up to this (cm); beyond it slips.
 constexpr double kStickLength = 1e-4;
 
@@ -219,12 +220,16 @@ double KeyStrands::CachedDistance(size_t at, const Vector3d &local, double clear
 //<
 
 //> Find contacts and friction at an iterate
-void KeyStrands::UpdateContacts(size_t batch, double stiffness, const Pose &pose, const Obstacle &obstacle) {
+void KeyStrands::UpdateContacts(size_t batch, double stiffness, bool isFirst, const Pose &pose,
+                                const Obstacle &obstacle) {
     for (size_t s = batch * kRodLanes; s < std::min(strands_, (batch + 1) * kRodLanes); ++s)
         for (size_t i = physics_.fixed; i < points_; ++i) {
             ContactPoint &contact = contacts_[s * points_ + i];
             double &kn = At(&normalStiffness_, points_, s, i), &kt = At(&tangentStiffness_, points_, s, i);
             kn = kt = 0;
+            // What was far at the first iterate is asked again when points are pushed out
+            if (!isFirst && contact.isFar)
+                continue;
             Vector3d force, normal;
             const Vector3d local = pose.LocalPoint(Position(s, i));
             const double depth = contact.clearance + contact.pressed -
@@ -242,6 +247,7 @@ void KeyStrands::UpdateContacts(size_t batch, double stiffness, const Pose &pose
                 normal = pose.Direction(n);
             }
             contact.solved = depth > 0;
+            contact.isFar = depth < -kFar;
             Set(&normal_, points_, s, i, normal);
             Set(&contactForce_, points_, s, i, force);
         }
@@ -263,6 +269,8 @@ void KeyStrands::KeepContacts(size_t batch, const Pose &pose, const Obstacle &ob
     for (size_t s = batch * kRodLanes; s < std::min(strands_, (batch + 1) * kRodLanes); ++s)
         for (size_t i = physics_.fixed; i < points_; ++i) {
             ContactPoint &contact = contacts_[s * points_ + i];
+            if (contact.isFar && contact.pressed == 0)
+                continue;
             const Vector3d local = pose.LocalPoint(Position(s, i));
             if (Get(normalStiffness_, points_, s, i) > 0)
                 contact.pressed =
@@ -353,7 +361,7 @@ StepReport KeyStrands::StepBatch(size_t batch, double dt, const Pose &pose, cons
     kernel_->begin(step);
     Octet worst;
     for (size_t k = 0; k < physics_.newtonSteps; ++k) {
-        UpdateContacts(batch, stiffness, pose, obstacle);
+        UpdateContacts(batch, stiffness, k == 0, pose, obstacle);
         kernel_->newton(step, &worst);
     }
     KeepContacts(batch, pose, obstacle);
@@ -385,7 +393,7 @@ StepReport KeyStrands::Step(double dt, const Pose &pose, const Obstacle &obstacl
         clearanceKnown_ = true;
     }
     std::vector<StepReport> reports(batches_);
-    ParallelForRange(batches_, 1, [&](size_t first, size_t last) {
+    ParallelForRange(batches_, 4, [&](size_t first, size_t last) {
         std::vector<Octet> scratch(rods::RodSolver<Octet>::ScratchSize(points_));
         for (size_t b = first; b < last; ++b)
             reports[b] = StepBatch(b, dt, pose, obstacle, &scratch);

@@ -24,7 +24,7 @@ struct StrandPhysics {
     double damping = 0.005;  // s, in which a bend without inertia would relax; 0: none
     double friction = 0.3;   // Coulomb's, against obstacles
     double clearance = 0.03; // cm that points keep from obstacles; less where they rest nearer
-    size_t newtonSteps = 4;
+    size_t newtonSteps = 3;
     size_t fixed = 2; // points that the head carries: 2 a clamp, 1 a joint, 0 none
 };
 //<
@@ -98,7 +98,8 @@ class KeyStrands {
     rods::RodArrays<Octet> ArraysOf(size_t batch);
     StepReport StepBatch(size_t batch, double dt, const Pose &pose, const Obstacle &obstacle,
                          std::vector<Octet> *scratch);
-    void UpdateContacts(size_t batch, double stiffness, const Pose &pose, const Obstacle &obstacle);
+    void UpdateContacts(size_t batch, double stiffness, bool isFirst, const Pose &pose,
+                        const Obstacle &obstacle);
     double PushOut(size_t batch, const Pose &pose, const Obstacle &obstacle);
     double CachedDistance(size_t at, const Vector3d &local, double clearance, const Obstacle &obstacle);
     void KeepContacts(size_t batch, const Pose &pose, const Obstacle &obstacle);
@@ -124,6 +125,7 @@ class KeyStrands {
         Vector3d anchor;          // that friction pulls it back to
         bool holds = false;       // anchor is in use
         bool solved = false;      // the last iterate of this step had this contact
+        bool isFar = false;       // from every obstacle, when the step began
         Vector3d last;            // where it was after the last step
         Vector3d measuredAt;      // where its distance was found last, and what it was
         double distance = -1e300; // none yet

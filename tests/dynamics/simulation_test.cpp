@@ -241,6 +241,7 @@ TEST(Recipes, SayWhatTheyAskFor) {
         Obstacle "head"
         Obstacle "sphere" "point3 center" [0 0 30] "float radius" 2
         Motion "keys" "float time" [0 1] "vector3 turn" [0 0 0 0 90 0]
+        HairToHair "grid" "float drag" 5 "integer passes" 3
         Wind "steady" "vector3 velocity" [100 0 0])");
     EXPECT_EQ(r.groom.StrandCount(), 20u);
     EXPECT_EQ(r.FrameCount(), 46u);
@@ -252,6 +253,8 @@ TEST(Recipes, SayWhatTheyAskFor) {
     EXPECT_LT(r.obstacle->Distance({0, 3, 0}), 0);
     EXPECT_NEAR(r.settings.motion.At(2).z.x, 1, 1e-12);
     EXPECT_EQ(r.settings.wind.velocity.x, 100);
+    EXPECT_EQ(r.settings.coupling.drag, 5);
+    EXPECT_EQ(r.settings.coupling.passes, 3u);
 }
 
 TEST(Recipes, MistakesAreNamed) {
@@ -275,6 +278,8 @@ TEST(Recipes, MistakesAreNamed) {
         {hair + "Motion \"keys\" \"float time\" [0 1] \"vector3 turn\" [0 0 0]", "1 vectors for 2 times"},
         {hair + "Motion \"keys\" \"float time\" [0 1] \"vector3 turn\" [1 0 0 0 0 0]",
          "does not begin with 0 0 0"},
+        {hair + "Target \"density\"", "r.recipe:2:1: error: this target needs \"string filename\""},
+        {hair + "Target \"density\" \"string kernel\" \"tend\"", "Did you mean \"tent\"?"},
         {"Hair \"hairfile\"", "needs \"string filename\""},
         {"Hair \"hairfile\" \"string filename\" \"none.hair\"", "none.hair"},
         {hair + "3", "expected a directive"},

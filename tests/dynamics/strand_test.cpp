@@ -277,11 +277,12 @@ TEST(Strands, ABlockSlidesAboveTheAngleOfFrictionOnly) {
             for (size_t i = 0; i < 8; ++i) {
                 const double slid = Dot(set.Position(s, i) - set.RestPosition(s, i), down),
                              fell = acceleration / 8;
-                // Friction knows of a load after the first step only
-                EXPECT_NEAR(slid, fell, 0.05 * fell + 2 * kG * dt * dt)
-                    << "slope " << slope << ", point " << i;
+                // Friction knows of a load after the first step only, which leaves a step's fall of speed
+                const double extra = kG * std::sin(angle) * dt * (slope < friction ? 4 * dt : 0.5);
+                EXPECT_NEAR(slid, fell, 0.02 * fell + extra) << "slope " << slope << ", point " << i;
                 const double speed = set.Velocity(s, i).Length();
-                EXPECT_NEAR(speed, acceleration / 2, slope < friction ? 1e-3 : 0.03 * acceleration / 2);
+                EXPECT_NEAR(speed, acceleration / 2,
+                            slope < friction ? 1e-3 : 0.02 * acceleration / 2 + kG * std::sin(angle) * dt);
             }
     }
 }
