@@ -19,6 +19,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
 
@@ -58,7 +59,7 @@ def seed(target, folders, corpus):
         (corpus / f"seed-{i}").write_bytes(content[:longest])
 
 
-def run(target, seconds, corpora, seeds):
+def run(target, seconds, corpora, seeds, seed_number):
     """Runs one target. Returns its line for the reader, and the log's end where something was found."""
     corpus = corpora / target
     corpus.mkdir(parents=True, exist_ok=True)
@@ -71,7 +72,7 @@ def run(target, seconds, corpora, seeds):
     scratch.mkdir(exist_ok=True)
     done = subprocess.run(
         [ROOT / f"build/fuzz/fuzz_{target}", corpus, *([f"-dict={words}"] if words.stat().st_size else []),
-         f"-max_len={TARGETS[target][1]}", f"-max_total_time={seconds}", "-timeout=25", "-rss_limit_mb=2048",
+         f"-max_len={TARGETS[target][1]}", f"-max_total_time={seconds}", f"-seed={seed_number}", "-timeout=25", "-rss_limit_mb=2048",
          f"-artifact_prefix={corpora}/{target}-", "-print_final_stats=1", "-verbosity=0"],
         cwd=empty, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace",
         env={**os.environ, "ASAN_OPTIONS": "allocator_may_return_null=0:detect_leaks=1", "TMPDIR": str(scratch)})
@@ -83,16 +84,36 @@ def run(target, seconds, corpora, seeds):
     return line, "\n".join(done.stderr.splitlines()[-60:]) if found else ""
 
 
+def build(minutes):
+    """Builds all targets. False where that takes longer than so many minutes (None: as long as it takes)."""
+    words = ["cmake", "--build", "--preset", "fuzz"]
+    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.DEVNULL, start_new_session=True) as process:
+        try:
+            if process.wait(minutes and 60 * minutes) != 0:
+                raise subprocess.CalledProcessError(process.returncode, words)
+        except BaseException as error:
+            if process.returncode is None:
+                os.killpg(process.pid, signal.SIGTERM)  # the builder's children as well
+            if isinstance(error, subprocess.TimeoutExpired):
+                return False
+            raise
+    return True
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, required=True, help="on the wall, all targets together")
     parser.add_argument("--corpora", type=pathlib.Path, default=ROOT / "build/fuzz/corpora")
     parser.add_argument("--seeds", type=pathlib.Path, nargs="*", default=[])
     parser.add_argument("--targets", nargs="*", choices=list(TARGETS), default=list(TARGETS))
+    parser.add_argument("--seed", type=int, default=0, help="of the random changes; 0: another one each time")
+    parser.add_argument("--build-minutes", type=float, help="end, with status 0, where building takes longer")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="targets at once")
     arguments = parser.parse_args()
-    for words in [["cmake", "--preset", "fuzz"], ["cmake", "--build", "--preset", "fuzz"]]:
-        subprocess.run(words, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--preset", "fuzz"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    if not build(arguments.build_minutes):
+        print(f"not fuzzed: the targets are not built after {arguments.build_minutes:g} minutes")
+        return 0
     corpora = arguments.corpora.resolve()
     # Who has the most time begins, so that all end at about the same moment
     targets = sorted(arguments.targets, key=lambda t: -TARGETS[t][3])
@@ -101,7 +122,7 @@ def main():
     share = {t: max(1, round(60 * arguments.minutes * jobs * TARGETS[t][3] / total)) for t in targets}
     found = False
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for line, log in pool.map(lambda t: run(t, share[t], corpora, arguments.seeds), targets):
+        for line, log in pool.map(lambda t: run(t, share[t], corpora, arguments.seeds, arguments.seed), targets):
             print(line, flush=True)
             if log:
                 found = True

@@ -7,6 +7,7 @@ namespace cuticle {
 
 FigureData BesselChart(const FigureOptions &options);
 FigureData CurvesChart(const FigureOptions &options);
+FigureData EfficiencyChart(const FigureOptions &options);
 FigureData GrowthChart(const FigureOptions &options);
 FigureData ModelsChart(const FigureOptions &options);
 FigureData QuadratureChart(const FigureOptions &options);

@@ -1,5 +1,5 @@
 // The chart of relative errors of renderings against the CPU time that they take, by integrator, sampler,
-// model of a fiber and samples.
+// model of a fiber and samples; and that of their product against how many curves there are.
 #include "core/clock.h"
 #include "fibers/tabulated.h"
 #include "figures/charts/charts.h"
@@ -13,7 +13,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace cuticle {
@@ -25,6 +27,8 @@ struct Way {
     std::string name, integrator, sampler, model;
     int color;
     PlotDash dash;
+    bool denoise = false;
+    int maxDepth = 0; // 0: the scene's
 };
 
 // A scene that is read and built for one way to render it. Quick pictures are a quarter of the resolution
@@ -32,21 +36,26 @@ struct Way {
 class ReadyScene {
   public:
     ReadyScene(const std::string &file, const Way &way, bool quarter)
-        : start_(ProcessCpuSeconds()), description_(ParseScene(AllPlugins(), file)),
+        : ReadyScene([&] { return ParseScene(AllPlugins(), file); }, way, quarter) {}
+    ReadyScene(const std::function<SceneDescription()> &read, const Way &way, bool quarter)
+        : start_(ProcessCpuSeconds()), description_(read()),
           scene_(&description_, {.materials = {.hairModel = way.model}}) {
         if (!way.sampler.empty())
             description_.sampler.type = way.sampler;
         if (!way.integrator.empty())
             options_.integrator = way.integrator;
         options_.quick = quarter;
+        options_.film.denoise = way.denoise;
         cpuSeconds_ = ProcessCpuSeconds() - start_;
     }
     // CPU seconds that reading and building took.
     double CpuSeconds() const { return cpuSeconds_; }
+    size_t Curves() const { return scene_.Curves(); }
     // cpuSeconds are those of the rendering alone.
-    Rendering Picture(int spp, uint64_t seed) const {
+    Rendering Picture(int spp, uint64_t seed, bool variance = false) const {
         const double start = ProcessCpuSeconds();
         RenderOptions options = options_;
+        options.variance = variance;
         options.seed = seed;
         options.spp = options.quick ? 4 * spp : spp; // quick takes a quarter of the samples
         RenderStats stats;
@@ -75,7 +84,7 @@ void Stretch(PlotAxis *axis, const std::vector<double> &values) {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The pictures that a run of the chart renders. To add a way: push it in PlanOf, behind the three that the
+// The pictures that a run of the chart renders. To add a way: push it in PlanOf, behind the four that the
 // laws name.
 struct RenderPlan {
     bool quarter; // pictures of a quarter of the resolution each way
@@ -95,18 +104,19 @@ RenderPlan PlanOf(const FigureOptions &options) {
         {"path", "path", "", "", 0, PlotDash::Solid},
         {"path, random sampler", "path", "random", "", 5, PlotDash::Dashed},
         {"directlighting", "directlighting", "", "", 1, PlotDash::Solid},
+        {"path, denoised", "path", "", "", 2, PlotDash::Solid, true},
     };
-    constexpr std::array modelColors = {2, 3, 4, 6, 7};
+    constexpr std::array modelColors = {3, 4, 6, 7, 2};
     size_t models = 0;
     for (const std::string_view model : HairModelNames())
         if (model != "chiang" && plan.quarter && !options.quick)
             plan.ways.push_back({"path, " + std::string(model), "path", "", std::string(model),
                                  modelColors[models++ % modelColors.size()], PlotDash::DashDot});
     plan.scenes = {"head-wavy", "fur-ball"};
-    plan.samples = {1, 2, 4, 8, 16};
+    plan.samples = {2, 4, 8, 16}; // denoising needs two
     plan.rounds = 2;
     if (options.quick)
-        plan.scenes = {"curve-types"}, plan.samples = {1, 2, 4}, plan.rounds = 1;
+        plan.scenes = {"curve-types"}, plan.samples = {2, 4, 8}, plan.rounds = 1;
     return plan;
 }
 
@@ -193,7 +203,7 @@ void AddScene(const std::string &scene, const RenderPlan &plan, const RenderMeas
 // The laws of one scene; the ways are those of PlanOf.
 void AddLaws(const std::string &scene, const RenderPlan &plan, const RenderMeasurement &m,
              std::vector<FigureCheck> *checks) {
-    enum { Path, RandomSampler, DirectLighting };
+    enum { Path, RandomSampler, DirectLighting, Denoised };
     const auto last = [&m](size_t way) { return m.error[way].back(); };
     // The error of independent samples falls as 1 / spp: the slope of the logarithms, by the ends.
     const double decades = std::log(double(plan.samples.back()) / plan.samples.front());
@@ -201,6 +211,8 @@ void AddLaws(const std::string &scene, const RenderPlan &plan, const RenderMeasu
                        std::log(last(RandomSampler) / m.error[RandomSampler][0]) / decades, -1.3, -0.7});
     checks->push_back({scene + ": the scene's sampler has, of the random one's error,",
                        last(Path) / last(RandomSampler), 0, 1.1});
+    checks->push_back({scene + ": denoised, few samples have of the error of path's",
+                       m.error[Denoised][0] / m.error[Path][0], 0, 1});
     checks->push_back({scene + ": direct light alone differs at most samples by more than path does, times",
                        last(DirectLighting) / last(Path), 1, kInfinity});
 }
@@ -230,6 +242,149 @@ FigureData RenderChart(const FigureOptions &options) {
         "that of the scene's own model. Smallest times of {}.{}",
         plan.ReferenceSamples(), plan.rounds == 1 ? "1 run" : fmt::format("{} runs in turn", plan.rounds),
         plan.quarter ? " Pictures of a quarter of the scene's resolution each way." : "");
+    return data;
+}
+
+// --- efficiency ------------------------------------------------------------------------------------------
+
+namespace {
+
+// A ball of hair under a lamp and a dim sky, its hairs the thinner the more there are.
+SceneDescription ReadBall(int segments, int pixels) {
+    constexpr int kSegmentsOfAStrand = 8;
+    const int strands = segments / kSegmentsOfAStrand;
+    return ParseSceneText(
+        AllPlugins(),
+        fmt::format(
+            "LookAt 0 0 -4 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 30 "
+            "Film \"image\" \"integer xresolution\" {0} \"integer yresolution\" {0} Sampler \"sobol\" "
+            "PixelFilter \"box\" Integrator \"path\" \"integer maxdepth\" 30 WorldBegin "
+            "LightSource \"infinite\" \"rgb L\" [.15 .17 .2] AttributeBegin "
+            "AreaLightSource \"diffuse\" \"rgb L\" [40 38 35] Translate 3 4 -3 "
+            "Shape \"sphere\" \"float radius\" .5 AttributeEnd Material \"hair\" \"float eumelanin\" .3 "
+            "Shape \"groom\" \"string kind\" \"ball\" \"integer strands\" {1} \"integer segments\" {2} "
+            "\"float width\" {3} WorldEnd",
+            pixels, strands, kSegmentsOfAStrand, 0.004 * std::sqrt(50000. / strands)),
+        "ball.pbrt");
+}
+
+// Relative mean square errors by pixel and by blocks of 8 x 8, without what the reference's own noise adds.
+constexpr double kEpsilon = 0.01; // keeps black pixels from deciding
+struct PictureErrors {
+    double pixels = 0, blocks = 0;
+};
+PictureErrors ErrorsOf(const Image &image, const Image &reference) {
+    constexpr size_t kBlock = 8;
+    const auto width = static_cast<size_t>(image.width), height = static_cast<size_t>(image.height);
+    PictureErrors errors;
+    double pixels = 0, blocks = 0;
+    for (size_t v = 0; v + kBlock <= height; v += kBlock)
+        for (size_t u = 0; u + kBlock <= width; u += kBlock)
+            for (size_t c = 0; c < 3; ++c) {
+                double off = 0, bright = 0, noise = 0;
+                for (size_t y = v; y < v + kBlock; ++y)
+                    for (size_t x = u; x < u + kBlock; ++x) {
+                        const double t{reference.At(x, y, c)}, d = double{image.At(x, y, c)} - t;
+                        const double n{reference.At(x, y, c + 3)};
+                        errors.pixels += (d * d - n) / (t * t + kEpsilon);
+                        off += d, bright += t, noise += n;
+                        ++pixels;
+                    }
+                constexpr double kPixels = kBlock * kBlock;
+                errors.blocks += (off * off - noise) / (bright * bright + kPixels * kPixels * kEpsilon);
+                ++blocks;
+            }
+    return {std::max(errors.pixels / pixels, 1e-9), std::max(errors.blocks / blocks, 1e-9)};
+}
+
+// A scene of the chart of efficiency. file: empty for a ball.
+struct EfficiencyScene {
+    std::string name, file;
+    int segments = 0;
+};
+
+const Way kEfficiencyWays[] = {
+    {"path", "path", "", "", 0, PlotDash::Solid},
+    {"path, denoised", "path", "", "", 2, PlotDash::Solid, true},
+    {"path of depth 3", "path", "", "", 5, PlotDash::Dashed, false, 3},
+};
+
+} // namespace
+
+FigureData EfficiencyChart(const FigureOptions &options) {
+    const int pixels = options.quick ? 64 : 96, spp = 16, referenceSpp = options.quick ? 256 : 1024;
+    std::vector<EfficiencyScene> scenes;
+    for (int segments = options.quick ? 10000 : 1000; segments <= (options.quick ? 10000 : 1000000);
+         segments *= 10)
+        scenes.push_back({fmt::format("ball of {}", segments), "", segments});
+    if (!options.quick)
+        for (const char *name : {"quickstart", "head-wavy", "fur-ball"})
+            scenes.push_back({name, options.scenes + "/" + name + ".pbrt"});
+    FigureData data{
+        Table({"scene", "segments", "way", "relative_MSE", "relative_MSE_of_blocks", "CPU_seconds"})};
+    std::array<PlotPanel, 2> panels;
+    panels[0].title = "pixels", panels[1].title = "means of 8 x 8 pixels";
+    for (PlotPanel &panel : panels) {
+        panel.x = {.label = "curve segments", .log = true};
+        panel.y = {.label = "relative MSE x CPU time (s)", .log = true};
+    }
+    std::vector<PlotSeries> lines(2 * std::size(kEfficiencyWays)), points = lines;
+    for (const EfficiencyScene &scene : scenes) {
+        Image reference;
+        std::array<PictureErrors, std::size(kEfficiencyWays)> errors;
+        for (size_t w = 0; w < std::size(kEfficiencyWays); ++w) {
+            const Way &way = kEfficiencyWays[w];
+            const ReadyScene ready(
+                [&] {
+                    SceneDescription d = scene.file.empty() ? ReadBall(scene.segments, pixels)
+                                                            : ParseScene(AllPlugins(), scene.file);
+                    if (way.maxDepth > 0)
+                        for (Param &p : d.integrator.params.params)
+                            if (p.name == "maxdepth")
+                                p.numbers = {double(way.maxDepth)};
+                    return d;
+                },
+                way, !scene.file.empty());
+            if (w == 0)
+                reference = ready.Picture(referenceSpp, 1, true).image;
+            const Rendering rendering = ready.Picture(spp, 0);
+            errors[w] = ErrorsOf(rendering.image, reference);
+            data.table.Add({scene.name, double(ready.Curves()), way.name, errors[w].pixels, errors[w].blocks,
+                            rendering.cpuSeconds});
+            for (size_t panel = 0; panel < 2; ++panel) {
+                PlotSeries &series = (scene.file.empty() ? lines : points)[2 * w + panel];
+                series.x.push_back(double(ready.Curves()));
+                series.y.push_back((panel ? errors[w].blocks : errors[w].pixels) * rendering.cpuSeconds);
+            }
+        }
+        data.checks.push_back({scene.name + ": denoised, a pixel's error is of path's",
+                               errors[1].pixels / errors[0].pixels, 0, 0.5});
+        data.checks.push_back({scene.name + ": denoised, a block's error is of path's",
+                               errors[1].blocks / errors[0].blocks, 0, options.quick ? 1.5 : 1.25});
+    }
+    for (size_t w = 0; w < std::size(kEfficiencyWays); ++w)
+        for (size_t panel = 0; panel < 2; ++panel)
+            for (PlotSeries *series : {&lines[2 * w + panel], &points[2 * w + panel]}) {
+                if (series->x.empty())
+                    continue;
+                const bool isBall = series == &lines[2 * w + panel];
+                series->style = isBall ? PlotStyle::LinePoints : PlotStyle::Points;
+                series->label = isBall ? kEfficiencyWays[w].name : "";
+                series->color = kEfficiencyWays[w].color, series->marker = kEfficiencyWays[w].color % 7;
+                series->dash = kEfficiencyWays[w].dash;
+                Stretch(&panels[panel].x, series->x);
+                Stretch(&panels[panel].y, series->y);
+                panels[panel].series.push_back(*series);
+            }
+    data.plot.width = 900, data.plot.height = 420;
+    data.plot.panels.assign(panels.begin(), panels.end());
+    data.note = fmt::format(
+        "{} samples per pixel; references: path at {}, another seed, their noise taken off. Time of "
+        "the rendering alone, all threads.{}",
+        spp, referenceSpp,
+        options.quick
+            ? ""
+            : " Single points: quickstart, head-wavy and fur-ball, a quarter of their size each way.");
     return data;
 }
 
