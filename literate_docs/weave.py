@@ -66,6 +66,7 @@ LITERATE = [
     "src/dynamics/key_hairs.*",
     "src/dynamics/simulation.*",
     "src/dynamics/velocity_grid.*",
+    "src/dynamics/springs.*",
     "src/dynamics/directing.*",
 ]
 CHAPTERS = "literate_docs/[0-9A-Z]*-*.md"  # numbered chapters, then appendices by letter

@@ -24,7 +24,14 @@ constexpr ParamInfo kHairFileParams[] = {
     {"pointsperstrand", "integer", "", "100", "points of a .ply file that make a strand", 2, 1e6},
     {"time", "float", "time code", "the first", "of a .usda file's time samples, the last that is no later"},
 };
+constexpr std::string_view kMethods[] = {"rods", "springs"};
 constexpr ParamInfo kStrandsParams[] = {
+    ChoiceParam(
+        "method", kMethods,
+        "elastic rods of constant length, or the paper's springs in explicit steps, which stretch and let "
+        "straight hair hang like a chain"),
+    {"springsteps", "integer", "", "200",
+     "small steps of springs in a step; the more, the stiffer they may be", 1, 100000},
     {"seconds", "float", "s", "2", "how long", 0, 1e5},
     {"fps", "float", "1/s", "24", "frames a second", 1, 1000},
     {"substeps", "integer", "", "0", "steps of a frame; 0: so many that none is longer than 1/60 s", 0, 1000},
@@ -96,7 +103,7 @@ std::vector<StatementKind> MakeStatementKinds() {
         {"Hair",
          {{"groom", GroomParamRows(), "hair that is grown by a recipe, as Shape \"groom\" in a scene"},
           {"hairfile", kHairFileParams, "the strands of a file"}}},
-        {"Simulation", {{"strands", kStrandsParams, "key hairs as elastic rods of constant length"}}},
+        {"Simulation", {{"strands", kStrandsParams, "key hairs and how they are stepped"}}},
         {"Obstacle",
          {{"head", {}, "the head and shoulders of our grooms"},
           {"sphere", kSphereParams, "a ball"},
@@ -187,6 +194,8 @@ HeadMotion MakeMotion(const ParamSet &p) {
 void ReadStrands(const ParamSet &p, SimulationRecipe *recipe) {
     SimulationSettings &s = recipe->settings;
     StrandPhysics &physics = s.physics;
+    physics.method = p.FindString("method", "rods") == "springs" ? StrandMethod::Springs : StrandMethod::Rods;
+    physics.springSteps = CountOf(p, "springsteps", physics.springSteps);
     recipe->seconds = NumberOf(p, "seconds", recipe->seconds);
     s.framesPerSecond = NumberOf(p, "fps", s.framesPerSecond);
     s.substeps = CountOf(p, "substeps", s.substeps);

@@ -15,7 +15,7 @@ namespace {
 using rods::RodEdge;
 using rods::RodHinge;
 
-constexpr double kMaxSpeed = 1e6; // cm/s; beyond it a step has gone wrong
+constexpr double kMaxSpeed = 1e6;  // cm/s; beyond it a step has gone wrong
 constexpr size_t kMaxRounds = 200; // of projection
 constexpr double kLengthTolerance = 1e-6;
 constexpr double kTouching = 1e-6; // cm
@@ -396,9 +396,11 @@ StepReport KeyStrands::Step(double dt, const Pose &pose, const Obstacle &obstacl
     ParallelForRange(batches_, 4, [&](size_t first, size_t last) {
         std::vector<Octet> scratch(rods::RodSolver<Octet>::ScratchSize(points_));
         for (size_t b = first; b < last; ++b)
-            reports[b] = StepBatch(b, dt, pose, obstacle, &scratch);
+            reports[b] = physics_.method == StrandMethod::Rods ? StepBatch(b, dt, pose, obstacle, &scratch)
+                                                               : StepBatchOfSprings(b, dt, pose, obstacle);
     });
     lastDt_ = dt;
+    lastPose_ = pose;
     StepReport all;
     for (const StepReport &report : reports)
         all.Join(report);

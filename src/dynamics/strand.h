@@ -14,6 +14,11 @@
 
 namespace cuticle {
 
+//> Choose rods or springs
+// Rods: discrete elastic rods, solved implicitly. Springs: the paper's, in explicit steps.
+enum class StrandMethod { Rods, Springs };
+//<
+
 //> Say what a hair is made of
 // The stiffness of a strand per mass a length, so that its density does not enter: bending is E I / (rho A),
 // (cm^4/s^2). A single hair of 80 um has 1.2e5; a key hair stands for a lock, which is stiffer.
@@ -25,7 +30,9 @@ struct StrandPhysics {
     double friction = 0.3;   // Coulomb's, against obstacles
     double clearance = 0.03; // cm that points keep from obstacles; less where they rest nearer
     size_t newtonSteps = 3;
-    size_t fixed = 2; // points that the head carries: 2 a clamp, 1 a joint, 0 none
+    StrandMethod method = StrandMethod::Rods;
+    size_t springSteps = 200; // small steps of springs in a step
+    size_t fixed = 2;         // points that the head carries: 2 a clamp, 1 a joint, 0 none
 };
 //<
 
@@ -98,6 +105,11 @@ class KeyStrands {
     rods::RodArrays<Octet> ArraysOf(size_t batch);
     StepReport StepBatch(size_t batch, double dt, const Pose &pose, const Obstacle &obstacle,
                          std::vector<Octet> *scratch);
+    void StepSprings(size_t strand, double dt, const Pose &before, const Pose &pose,
+                     const Obstacle &obstacle);
+    void PutSprings(size_t strand, std::span<const Vector3d> x, std::span<const Vector3d> v,
+                    std::span<const Vector3d> tangents);
+    StepReport StepBatchOfSprings(size_t batch, double dt, const Pose &pose, const Obstacle &obstacle);
     void UpdateContacts(size_t batch, double stiffness, bool isFirst, const Pose &pose,
                         const Obstacle &obstacle);
     double PushOut(size_t batch, const Pose &pose, const Obstacle &obstacle);
@@ -108,6 +120,7 @@ class KeyStrands {
     size_t strands_, points_, batches_;
     StrandPhysics physics_;
     const RodKernel *kernel_;
+    Pose lastPose_;     // where the last step left the head
     double lastDt_ = 0; // 0: there is no step before that the next could take into account
     std::vector<Vector3d> rest_;
     Vectors x_, v_, xBefore_, vBefore_, director_, fixedTo_, fixedDirector_, rootDirector_;

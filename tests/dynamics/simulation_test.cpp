@@ -62,6 +62,23 @@ TEST(Simulations, HairMovesWithTheHeadAndStaysOutOfIt) {
     }
 }
 
+TEST(Simulations, SpringsMoveWithTheHeadToo) {
+    SimulationSettings settings = ShakenHead(30);
+    settings.physics.method = StrandMethod::Springs;
+    HairSimulation simulation(SmallHead("curly", 60), MakeHead(), settings);
+    StepReport report;
+    for (int frame = 0; frame < 12; ++frame)
+        report.Join(simulation.NextFrame());
+    EXPECT_EQ(report.recovered, 0u);
+    EXPECT_LT(report.stretch, 0.1);
+    const Pose pose = settings.motion.At(simulation.Time());
+    const KeyStrands &keys = simulation.Keys();
+    for (size_t s = 0; s < keys.StrandCount(); ++s)
+        EXPECT_LT((pose.Point(keys.RestPosition(s, 0)) - keys.Position(s, 0)).Length(), 1e-9);
+    for (const Point3f &p : simulation.Frame().points)
+        EXPECT_TRUE(IsFinite(p));
+}
+
 TEST(Simulations, ThreadsDoNotMatter) {
     std::vector<Vector3d> first;
     for (const size_t threads : {1, 2, 3}) {
@@ -236,7 +253,7 @@ SimulationRecipe Parse(const std::string &text) { return ParseSimulationRecipe(t
 TEST(Recipes, SayWhatTheyAskFor) {
     const SimulationRecipe r = Parse(R"(
         Hair "groom" "string style" "curly" "integer strands" 20
-        Simulation "strands" "float seconds" 1.5 "float fps" 30 "integer keys" 7
+        Simulation "strands" "string method" "springs" "float seconds" 1.5 "float fps" 30 "integer keys" 7
             "float bending" 1e6 "float twist" .5 "vector3 gravity" [0 0 -981] "bool balanced" "false"
         Obstacle "head"
         Obstacle "sphere" "point3 center" [0 0 30] "float radius" 2
@@ -253,6 +270,7 @@ TEST(Recipes, SayWhatTheyAskFor) {
     EXPECT_LT(r.obstacle->Distance({0, 3, 0}), 0);
     EXPECT_NEAR(r.settings.motion.At(2).z.x, 1, 1e-12);
     EXPECT_EQ(r.settings.wind.velocity.x, 100);
+    EXPECT_EQ(r.settings.physics.method, StrandMethod::Springs);
     EXPECT_EQ(r.settings.coupling.drag, 5);
     EXPECT_EQ(r.settings.coupling.passes, 3u);
 }

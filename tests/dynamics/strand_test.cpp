@@ -191,6 +191,35 @@ TEST(Strands, RestTwistTurnsTheTip) {
     EXPECT_LT((set.Position(0, points - 1) - Vector3d{16, 0, 0}).Length(), 1e-6);
 }
 
+// The paper's springs: what they can do, and how they fall short of a rod.
+TEST(Springs, HoldCurlsButLetStraightHairHang) {
+    constexpr size_t points = 24;
+    double drop[2], stretch[2], curled = 0;
+    for (const StrandMethod method : {StrandMethod::Rods, StrandMethod::Springs}) {
+        StrandPhysics physics;
+        physics.method = method, physics.bending = 2e6, physics.twist = 1.5e6;
+        std::vector<Vector3d> rest = StraightStrand(points, 20, {1, 0, 0});
+        for (const Vector3d &p : CurledStrand(points, 0.8, 3, 3))
+            rest.push_back(p + Vector3d{0, 0, 20});
+        KeyStrands set(rest, points, physics);
+        Weigh(&set, kDown, 6);
+        StepReport report;
+        for (int k = 0; k < 300; ++k)
+            report = set.Step(1. / 60, {}, Nothing());
+        const auto m = static_cast<size_t>(method);
+        drop[m] = -set.Position(0, points - 1).y, stretch[m] = report.stretch;
+        curled = (set.Position(1, points - 1) - set.RestPosition(1, points - 1)).Length();
+        EXPECT_EQ(report.recovered, 0u);
+    }
+    std::printf("rod drops %.2f cm, springs drop %.2f cm; springs stretch by %.2e, rods by %.1e; curls of "
+                "springs sag by "
+                "%.2f cm\n",
+                drop[0], drop[1], stretch[1], stretch[0], curled);
+    EXPECT_GT(drop[1], 1.1 * drop[0]);
+    EXPECT_LT(stretch[0], 1e-5);
+    EXPECT_LT(stretch[1], 0.1);
+}
+
 // Half a swing of a point on a rod, from a standstill at an angle from below.
 struct Swing {
     double period, energyLost; // s; of its potential energy at the start, in a period
