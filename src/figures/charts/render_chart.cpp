@@ -312,7 +312,7 @@ const Way kEfficiencyWays[] = {
 } // namespace
 
 FigureData EfficiencyChart(const FigureOptions &options) {
-    const int pixels = options.quick ? 64 : 96, spp = 16, referenceSpp = options.quick ? 256 : 1024;
+    const int pixels = options.quick ? 64 : 96, spp = 16, referenceSpp = 16 * spp;
     std::vector<EfficiencyScene> scenes;
     for (int segments = options.quick ? 10000 : 1000; segments <= (options.quick ? 10000 : 1000000);
          segments *= 10)
