@@ -53,6 +53,7 @@ LITERATE = [
     "src/core/quadrature.*",
     "src/materials/hair_material.*",
     "src/render/path.*",
+    "src/render/hair_light.*",
     "src/render/light_pilot.*",
     "src/render/denoise.*",
     "src/render/integrator.*",

@@ -1,6 +1,7 @@
 //> Turn names into integrators
 #include "render/integrator.h"
 
+#include "render/hair_light.h"
 #include "render/path.h"
 #include "render/plugins.h"
 
@@ -52,6 +53,43 @@ static std::unique_ptr<Integrator> MakeDirect(const ParamSet &params) {
 }
 //<
 
+//> Read how hair is lit
+static constexpr std::string_view kHairShadows[] = {"opaque", "traced", "deepmap"};
+
+static std::unique_ptr<Integrator> MakeHairLight(const ParamSet &params) {
+    HairLightIntegrator::Settings s;
+    const std::string shadow = params.FindString("shadow", "opaque");
+    const auto found = std::find(std::begin(kHairShadows), std::end(kHairShadows), shadow);
+    if (found == std::end(kHairShadows))
+        throw Error(params.Find("shadow")->loc, "unknown shadow \"{}\"", shadow)
+            .WithRemedy(Suggestion(shadow, kHairShadows, std::size(kHairShadows)));
+    s.shadow = static_cast<HairLightIntegrator::Shadow>(found - kHairShadows);
+    const auto number = [&](const char *name, float byDefault, float low, float high) {
+        const float v = params.FindFloat(name, byDefault);
+        if (!(v >= low && v <= high))
+            throw Error(params.Find(name)->loc, "\"{}\" is {}", name, v)
+                .WithRemedy("it must be {} to {}", low, high);
+        return v;
+    };
+    const auto whole = [&](const char *name, int byDefault, int low, int high) {
+        const int v = params.FindInt(name, byDefault);
+        if (v < low || v > high)
+            throw Error(params.Find(name)->loc, "\"{}\" is {}", name, v)
+                .WithRemedy("it must be {} to {}", low, high);
+        return v;
+    };
+    s.map.opacity = number("opacity", 0.5f, 0, 1);
+    s.map.error = number("maperror", 0.01f, 0, 1);
+    s.map.side = static_cast<size_t>(whole("mapresolution", 256, 1, 8192));
+    s.map.samples = static_cast<size_t>(whole("mapsamples", 2, 1, 16));
+    s.shellNormals = params.FindBool("shellnormals", false);
+    s.shellCell = number("shellcell", 0, 0, kMaxCoordinate);
+    s.wrap = number("wrap", 0, 0, 1);
+    s.maxDepth = whole("maxdepth", 5, 0, std::numeric_limits<int>::max());
+    return std::make_unique<HairLightIntegrator>(s);
+}
+//<
+
 //> List the parameters of the integrators
 static constexpr ParamInfo kMaxDepth{
     "maxdepth", "integer", "", "5", "scattering events after the camera ray; 0: only lights seen directly",
@@ -76,6 +114,27 @@ static constexpr ParamInfo kDirectParams[] = {kMaxDepth,
                                               kSeparateRay};
 //<
 
+//> List the parameters of light on hair
+static constexpr ParamInfo kHairLightParams[] = {
+    kMaxDepth,
+    {.name = "shadow",
+     .type = "string",
+     .unit = "",
+     .defaultValue = "opaque",
+     .meaning = "how hair stands in the light: opaque; or let through at each crossing, counted along rays "
+                "(traced) or by a deep shadow map of each light without area (deepmap; others are traced)",
+     .choices = kHairShadows},
+    {"opacity", "float", "", "0.5", "share of the light that a crossing of a hair takes away", 0, 1},
+    {"mapresolution", "integer", "pixels", "256", "side of a deep shadow map", 1, 8192},
+    {"mapsamples", "integer", "", "2", "rays of a map's pixel, to a side", 1, 16},
+    {"maperror", "float", "", "0.01", "error of a map's functions by their compression", 0, 1},
+    {"shellnormals", "bool", "", "false",
+     "holds light on hair against the normal of the shell of all hair (Petrovic, Henne and Anderson 2005)"},
+    {"shellcell", "float", "lengths of the scene", "0",
+     "cells in which the shell is made; 0: 1/96 of the hair's longest side", 0},
+    {"wrap", "float", "", "0", "how far light reaches around the shell: 1 is all around", 0, 1}};
+//<
+
 //> List the integrators
 // To add an integrator: a row here, its class, and its Make function above. The meaning of one that is not
 // rendered says how its picture would differ from the picture that is rendered instead.
@@ -89,6 +148,11 @@ static const PluginRow<IntegratorMaker> kIntegrators[] = {
     {{"path", kPathParams, "paths from the camera, with light sampling"}, MakePath},
     {{"directlighting", kDirectParams, "light that is scattered once, and mirrors and glass"}, MakeDirect},
     {{"whitted", kDirectParams, "the same"}, MakeDirect},
+    {{.name = "hairlight",
+      .params = kHairLightParams,
+      .meaning = "ours: direct light that passes hair, and the normals of the hair's shell",
+      .ours = true},
+     MakeHairLight},
     {{"volpath", kPathParams,
       "the picture is the same where there are no participating media, which are not rendered", "path"},
      MakePath},

@@ -178,6 +178,17 @@ bool Scene::Occluded(const SceneRay &ray) const {
     return instances_.Occluded(ray.ray, OccludedInstance, &query);
 }
 
+void Scene::ForEachCurve(
+    const std::function<void(const CurveSegment &, const Transform *toWorld)> &use) const {
+    const auto each = [&](const ShapeGroup &shapes, const Transform *toWorld) {
+        for (uint32_t i = 0; i < shapes.Curves(); ++i)
+            use(shapes.Segment(i), toWorld);
+    };
+    each(world_, nullptr);
+    for (uint32_t i = 0; i < objectOf_.size(); ++i)
+        each(*objectOf_[i], &instances_.ObjectToWorld(i));
+}
+
 SceneRay Scene::SpawnRay(const SurfaceInteraction &si, const Vector3f &w) const {
     SceneRay ray;
     ray.ray.d = w;

@@ -10,6 +10,7 @@
 #include "scene/shape_group.h"
 #include "shapes/instance_set.h"
 
+#include <functional>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -70,6 +71,9 @@ class Scene {
     float AreaLightPdf(const Point3f &ref, const SurfaceInteraction &si) const;
 
     Bounds3f WorldBound() const;
+    // Calls use(segment, toWorld) for all curve segments, once for each instance; toWorld is null where the
+    // segment is in the world's coordinates.
+    void ForEachCurve(const std::function<void(const CurveSegment &, const Transform *toWorld)> &use) const;
     size_t Curves() const;      // segments that are stored: of an object that is instanced, once
     size_t Instances() const;   // curves under a transformation that scales unevenly are instances too
     size_t MemoryBytes() const; // shapes and accelerators

@@ -94,11 +94,12 @@ TEST(Plugins, AreRenderedOrReplacedAsTheTableSays) {
 
 // A parameter that a row lists is read, and so is none of the unused ones that are warned of.
 TEST(Plugins, IntegratorsReadTheParametersOfTheirRows) {
-    const auto value = [](const ParamInfo &p) {
+    const auto value = [](const ParamInfo &p) -> std::string {
         return p.type == "integer" ? "2"
                : p.type == "float" ? "0.5"
                : p.type == "bool"  ? "\"true\""
-                                   : "\"all\"";
+               : p.choices.empty() ? "\"all\""
+                                   : fmt::format("\"{}\"", p.choices.back());
     };
     for (const PluginInfo &row : IntegratorPlugins().rows) {
         if (!row.standIn.empty())

@@ -46,6 +46,7 @@ FigureData Pharr1_17(const FigureOptions &options);
 
 // Petrovic et al. 2005
 FigureData Petrovic2(const FigureOptions &options);
+FigureData Petrovic3(const FigureOptions &options);
 
 // The book's own
 FigureData BookDemux(const FigureOptions &options);
