@@ -325,6 +325,7 @@ FigureData EfficiencyChart(const FigureOptions &options) {
     std::array<PlotPanel, 2> panels;
     panels[0].title = "pixels", panels[1].title = "means of 8 x 8 pixels";
     for (PlotPanel &panel : panels) {
+        panel.legend = "top left"; // the shipped scenes stand at the right
         panel.x = {.label = "curve segments", .log = true};
         panel.y = {.label = "relative MSE x CPU time (s)", .log = true};
     }
