@@ -175,6 +175,9 @@ class CommandLine(ProgramCase):
         self.ok("groom", "hair-cube", "--strands", "4", "-o", "cube.hair", "-q")
         self.fails("volume", "cube.hair", "-o", "x.obj", says=".vdb (density and distance)")
         self.fails("volume", "none.hair", says="none.hair")
+        # An output that cannot be written is found before anything is read, and nothing is left of the others
+        self.fails("volume", "none.hair", "-o", "good.ply", "-o", "missing/x.vdb", says="missing/x.vdb")
+        self.assertFalse((self.path / "good.ply").exists())
         self.fails("volume", "cube.hair", "--cell", "1e-6", says="choose larger cells")
         self.fails("volume", "cube.hair", "--iso", "1e9", says=["no hair is as dense as 1000000000", "the densest place"])
         self.fails("volume", "cube.hair", "-o", "gone/x.ply", says="gone/x.ply")

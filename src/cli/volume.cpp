@@ -3,6 +3,7 @@
 #include "core/clock.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
+#include "files/file.h"
 #include "grooms/groom_file.h"
 #include "images/image.h"
 #include "volume/density.h"
@@ -50,6 +51,7 @@ void CheckOutputs(const std::vector<std::string> &outputs) {
                 "the output's name \"{}\" must end in .vdb (density and distance), .ply (the shell) or "
                 ".png (two cuts through the distance)",
                 name);
+        const OutputFile canBeWritten(name); // whatever cannot be written is found before the work
     }
 }
 
