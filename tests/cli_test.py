@@ -154,6 +154,16 @@ class CommandLine(ProgramCase):
         run = self.ok("render", self.scene(SCENE.replace("WorldEnd", 'Shape "plymesh" "string filename" "s.ply" WorldEnd')), "-o", "a.exr")
         self.assertIn('Shape "hairfile"', run.stderr)
 
+    def test_denoising_is_the_scenes_wish_or_the_callers(self):
+        world = "WorldBegin LightSource \"infinite\" Shape \"sphere\" WorldEnd"
+        for wish in ("", "\"bool denoise\" \"true\"", "\"bool denoise\" \"false\""):
+            self.scene(f"Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8 {wish} "
+                       f"LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\" {world}", "wish.pbrt")
+            for flags, denoised in (([], "true" in wish), (["--denoise"], True), (["--no-denoise"], False),
+                                    (["--variance"], False)):
+                said = self.ok("render", "wish.pbrt", "-o", "wish.exr", "--spp", "4", *flags).stdout
+                self.assertEqual("denoised: " in said, denoised, (wish, flags, said))
+
     def test_volume(self):
         self.ok("groom", "hair-cube", "--strands", "400", "-o", "cube.hair", "-q")
         told = json.loads(self.ok("volume", "cube.hair", "--resolution", "20", "--smooth", "0", "--json", "-o", "shell.ply",

@@ -380,8 +380,8 @@ void AddRenderCommand(CLI::App &app) {
         ->type_name("NAME");
     c->add_flag("--variance", a->variance,
                 "add the variance of every pixel's mean as channels variance.R .G .B (.exr)");
-    c->add_flag(
-        "--denoise,!--no-denoise", a->denoise,
+    c->add_flag_function(
+        "--denoise,!--no-denoise", [a](int64_t times) { a->denoise = times > 0; },
         "smooth the picture where its samples show that it gets better by it, and say how far it is "
         "off; what is smoothed stays as channels unfiltered.R .G .B (default: the scene's Film says)");
     c->add_option(
