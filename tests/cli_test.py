@@ -164,6 +164,14 @@ class CommandLine(ProgramCase):
                 said = self.ok("render", "wish.pbrt", "-o", "wish.exr", "--spp", "4", *flags).stdout
                 self.assertEqual("denoised: " in said, denoised, (wish, flags, said))
 
+    def test_a_small_render_has_the_shell_too(self):
+        self.scene('Film "image" "integer xresolution" 4 "integer yresolution" 4 Integrator "hairlight" '
+                   '"bool shellnormals" "true" "float shellcell" 0.2 LookAt 0 0 -5 0 0 0 0 1 0 Camera "perspective" '
+                   'WorldBegin LightSource "distant" Material "hair" Shape "groom" "string kind" "ball" '
+                   '"integer strands" 200 "float width" .05 WorldEnd', "shell.pbrt")
+        self.ok("render", "shell.pbrt", "-o", "shell.exr", "--spp", "1", "--stats", "shell.json")
+        self.assertIn("a shell of", json.loads((self.path / "shell.json").read_text())["learned"])
+
     def test_volume(self):
         self.ok("groom", "hair-cube", "--strands", "400", "-o", "cube.hair", "-q")
         told = json.loads(self.ok("volume", "cube.hair", "--resolution", "20", "--smooth", "0", "--json", "-o", "shell.ply",

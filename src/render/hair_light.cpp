@@ -185,7 +185,7 @@ Spectrum HairLightIntegrator::Li(const Ray &cameraRay, const Scene &scene, Pixel
 //<
 
 //> Make the shell and the maps before the first sample
-void HairLightIntegrator::Learn(const Pilot &, const Scene &scene) {
+void HairLightIntegrator::Prepare(const Scene &scene) {
     if (settings_.shellNormals)
         shell_ = ShellOf(scene, settings_.shellCell);
     if (settings_.shadow != Shadow::DeepMap)

@@ -29,7 +29,7 @@ class HairLightIntegrator : public Integrator {
     Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
                 RayCounts &counts) const override;
     // Makes the shell and the maps.
-    void Learn(const Pilot &pilot, const Scene &scene) override;
+    void Prepare(const Scene &scene) override;
     std::string Learned() const override;
 
     // Says what the shell's normal makes of light from wi at p (in the world), 0 to 1; 1 without a shell.

@@ -42,6 +42,8 @@ class Integrator {
                                RayCounts &counts, LightParts *parts) const {
         return parts->direct = Li(cameraRay, scene, sampler, counts);
     }
+    // Makes what the picture needs of the scene. Once, before all else, however small the render.
+    virtual void Prepare(const Scene & /*scene*/) {}
     // Learns from a pilot how to spend the samples best; the expected picture stays. Once, before any Li.
     virtual void Learn(const Pilot & /*pilot*/, const Scene & /*scene*/) {}
     // Says what was learned, in words for the statistics; empty where nothing was.

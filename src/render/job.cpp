@@ -325,6 +325,8 @@ JobResult RenderJob::Run() && {
     size_t threads = 1;
     OnThreads(options_.threads, [&] {
         threads = MaxThreads();
+        if (madeIntegrator_)
+            madeIntegrator_->Prepare(scene_);
         Learn();
         // Passes over the whole picture that grow in length, so that an interrupt leaves an even picture
         // early. How the samples are cut into passes has no influence on the film.
