@@ -532,6 +532,19 @@ class CommandLine(ProgramCase):
         self.ok("figure", "pharr-1.16", "-o", "figures.new/")  # meant so
         self.ok("figure", "pharr-1.16", "-o", "figures.new")  # and there now
 
+    def test_figures_that_are_rendered(self):
+        scenes = pathlib.Path(__file__).resolve().parent.parent / "scenes"
+        said = self.ok("figure", "pharr-1.20", "--quality", "draft", "--scenes", scenes, "-o", "drawn").stdout
+        self.assertIn("pharr-1.20.csv, .svg, .png, pharr-1.20.exr", said)
+        self.assertIn("CIEDE2000", said)
+        self.assertEqual({f.name for f in (self.path / "drawn").iterdir()},
+                         {f"pharr-1.20.{ending}" for ending in ["csv", "svg", "png", "exr"]})
+        self.fails("figure", "pharr-1.20", "--scenes", "nowhere", says=["nowhere/pharr-1.20.pbrt"])
+        self.fails("figure", "pharr-1.20", "--quality", "best", says=["--quality", "draft", "paper"])
+        self.fails("figure", "marschner-02", says="photograph")
+        self.fails("figure", "--all", "--list", says="--all excludes --list")
+        self.fails("figure", "--all", "pharr-1.20", says="--all excludes")
+
     def test_what_cannot_be_printed_is_an_error(self):
         for words in [["features"], ["figure", "--list"], ["chart", "--list"], ["--help"], ["render", "--help"], ["--version"],
                       ["goniometer", "--samples", "100"], ["render", "scene.pbrt", "-o", "a.exr"]]:

@@ -1,5 +1,6 @@
-// cuticle figure and cuticle chart: draw the papers' plots and our own measurements.
+// cuticle figure and cuticle chart: make the papers' figures, and chart our own measurements.
 #include "cli/commands.h"
+#include "cli/terminal_progress.h"
 #include "core/error.h"
 #include "figures/charts/chart_table.h"
 #include "figures/papers/figure_table.h"
@@ -7,6 +8,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 namespace cuticle {
 
@@ -17,15 +19,16 @@ constexpr const char *kFolderHolds = "the option takes a folder, which gets NAME
 struct FigureArguments {
     std::vector<std::string> names;
     std::string folder = ".";
-    bool list = false, quiet = false;
+    std::string quality = "paper";
+    bool list = false, all = false, quiet = false;
     FigureOptions options;
     std::vector<std::string> peers;
 };
 
 void ListFigures() {
     for (const Figure &f : Figures()) {
-        std::string state = f.Made() ? "made" : f.kind == FigureKind::Photo ? "no" : "not made";
-        std::printf("%-18s %-10s %-9s %s\n", f.id, ToString(f.kind).c_str(), state.c_str(), f.caption);
+        std::printf("%-18s %-10s %-9s %s\n", f.id, ToString(f.kind).c_str(), f.Made() ? "made" : "not made",
+                    f.caption);
         if (*f.scenes != '\0')
             std::printf("%-39s scenes: %s\n", "", f.scenes);
     }
@@ -35,13 +38,16 @@ void ListCharts() {
         std::printf("%-12s %s\n", c.name, c.caption);
 }
 
-// Says what was written and what was checked; returns whether all laws hold.
-bool Make(const std::string &stem, const std::string &caption, FigureFunction make,
-          const FigureArguments &a) {
-    const FigureData data = make(a.options);
+// Writes the files of a figure or chart, says which, and what was checked; returns whether all laws hold.
+bool Deliver(const std::string &stem, const std::string &caption, const FigureData &data,
+             const FigureArguments &a) {
     WriteFigure(a.folder, stem, caption, data);
-    if (!a.quiet)
-        std::cout << "wrote " << a.folder << "/" << stem << ".csv, .svg, .png\n";
+    if (!a.quiet) {
+        std::cout << "wrote " << a.folder << "/" << stem << ".csv, .svg, .png";
+        for (const FigurePicture &picture : data.pictures)
+            std::cout << ", " << picture.name << ".exr" << (picture.name == stem ? "" : ", .png");
+        std::cout << "\n";
+    }
     bool all = true;
     for (const FigureCheck &c : data.checks) {
         if (!a.quiet || !c.Holds())
@@ -62,14 +68,25 @@ Peer ParsePeer(const std::string &text) {
     return peer;
 }
 
-void RunFigures(const FigureArguments &a) {
+void RunFigures(FigureArguments &a) {
     if (a.list)
         return ListFigures();
     CheckFolderName(a.folder, kFolderHolds);
+    a.options.quick = a.quality == "draft";
+    std::vector<const Figure *> figures;
+    for (const std::string &id : a.names)
+        figures.push_back(&FindFigure(id));
+    for (const Figure &figure : Figures())
+        if (a.all && figure.Made())
+            figures.push_back(&figure);
     bool all = true;
-    for (const std::string &id : a.names) {
-        const Figure &figure = FindFigure(id);
-        all = Make(figure.id, figure.caption, figure.make, a) && all;
+    for (const Figure *figure : figures) {
+        std::optional<TerminalProgress> progress;
+        if (!a.quiet)
+            a.options.progress = &progress.emplace();
+        const FigureData data = MakeFigure(*figure, a.options);
+        progress.reset();
+        all = Deliver(figure->id, figure->caption, data, a) && all;
     }
     if (!all)
         throw ExitStatus{1};
@@ -84,7 +101,7 @@ void RunCharts(FigureArguments &a) {
     bool all = true;
     for (const std::string &name : a.names) {
         const Chart &chart = FindChart(name);
-        all = Make(chart.name, chart.caption, chart.make, a) && all;
+        all = Deliver(chart.name, chart.caption, chart.make(a.options), a) && all;
     }
     if (!all)
         throw ExitStatus{1};
@@ -99,10 +116,11 @@ CLI::App *AddCommand(CLI::App &app, const char *name, const char *what, const ch
         ->type_name("DIR");
     CLI::Option *list = c->add_flag("--list", a->list, "list all of them");
     list->excludes(which);
-    c->add_flag("--quick", a->options.quick, "fewer samples and coarser grids, for a first look");
+    c->add_option("--scenes", a->options.scenes, "folder of the shipped scenes (default: scenes)")
+        ->type_name("DIR");
     c->add_flag("-q,--quiet", a->quiet, "print nothing but errors and broken laws");
     c->parse_complete_callback([c, a] {
-        if (a->names.empty() && !a->list)
+        if (a->names.empty() && !a->list && !a->all)
             throw CLI::RequiredError(c->get_name() + ": the name of one, or --list,");
     });
     return c;
@@ -112,10 +130,16 @@ CLI::App *AddCommand(CLI::App &app, const char *name, const char *what, const ch
 
 void AddFigureCommand(CLI::App &app) {
     auto a = std::make_shared<FigureArguments>();
-    CLI::App *c = AddCommand(app, "figure", "Draw plots of the papers, and check them.", "ID", a.get());
+    CLI::App *c = AddCommand(app, "figure", "Make figures of the papers, and check them.", "ID", a.get());
+    c->add_flag("--all", a->all, "make every figure that can be made")->excludes("ID")->excludes("--list");
+    c->add_option("--quality", a->quality,
+                  "draft: coarser grids, pictures of a quarter of the size; paper: all (default)")
+        ->check(CLI::IsMember({"draft", "paper"}))
+        ->type_name("Q");
     c->footer("Every figure carries laws that its own numbers must satisfy; they are printed, and a broken "
               "one makes the\n"
-              "exit status 1. gnuplot draws.\n"
+              "exit status 1. gnuplot draws. A figure that is rendered also leaves each of its pictures, as "
+              "EXR and PNG.\n"
               "Example: cuticle figure deon-03 pharr-1.17 -o figures");
     c->callback([a] { RunFigures(*a); });
 }
@@ -123,8 +147,7 @@ void AddFigureCommand(CLI::App &app) {
 void AddChartCommand(CLI::App &app) {
     auto a = std::make_shared<FigureArguments>();
     CLI::App *c = AddCommand(app, "chart", "Measure error against cost, and chart it.", "NAME", a.get());
-    c->add_option("--scenes", a->options.scenes, "folder of the shipped scenes (default: scenes)")
-        ->type_name("DIR");
+    c->add_flag("--quick", a->options.quick, "fewer samples and coarser grids, for a first look");
     c->add_option("--peer", a->peers,
                   "another renderer on the chart \"render\": NAME='COMMAND {scene} {out}', run by sh")
         ->type_name("NAME=COMMAND")

@@ -64,8 +64,8 @@ std::string Table::Csv() const {
     return csv;
 }
 
-void WriteFigure(const std::string &folder, const std::string &stem, const std::string &caption,
-                 const FigureData &data) {
+std::vector<std::string> WriteFigure(const std::string &folder, const std::string &stem,
+                                     const std::string &caption, const FigureData &data) {
     MakeFolder(folder);
     const std::string base = folder + "/" + stem;
     Plot plot = data.plot;
@@ -73,6 +73,14 @@ void WriteFigure(const std::string &folder, const std::string &stem, const std::
     WriteFileAtomically(base + ".csv", data.table.Csv());
     WritePlot(base + ".svg", plot);
     WritePlot(base + ".png", plot);
+    std::vector<std::string> files = {base + ".csv", base + ".svg", base + ".png"};
+    for (const FigurePicture &picture : data.pictures)
+        for (const char *ending : {".exr", ".png"}) {
+            const std::string file = folder + "/" + picture.name + ending;
+            if (file != base + ".png")
+                WriteImage(files.emplace_back(file), picture.image);
+        }
+    return files;
 }
 
 std::string Printed(const char *format, double value) {

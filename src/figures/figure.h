@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/vecmath.h"
 #include "figures/plot.h"
+#include "images/image.h"
 
 #include <cmath>
 #include <span>
@@ -14,6 +15,8 @@
 #include <vector>
 
 namespace cuticle {
+
+class ProgressSink;
 
 // A table has columns with names (and units in them: "theta_deg") and rows of numbers and texts.
 class Table {
@@ -51,9 +54,18 @@ struct Peer {
 };
 
 struct FigureOptions {
-    bool quick = false;            // fewer samples, a coarser grid: for tests and a first look
+    bool quick = false; // fewer samples, a coarser grid, a smaller picture: for tests and a first look
     std::string scenes = "scenes"; // where the shipped scenes are
     std::vector<Peer> peers;
+    ProgressSink *progress = nullptr; // told how far a picture of a rendered figure is
+};
+
+// A picture that a figure is made of; it also becomes a file of its own.
+struct FigurePicture {
+    std::string name; // of its file, the scene's: "pharr-1.8-a"
+    Image image;      // linear light
+    int samples = 0;  // per pixel
+    double cpuSeconds = 0;
 };
 
 // All that a figure's function computes. WriteFigure sets plot.caption: the caption of the row in the table,
@@ -64,6 +76,7 @@ struct FigureData {
     // Says what this run found, where it differs from the paper and why; ends with a full stop, or is empty.
     std::string note = {};
     std::vector<FigureCheck> checks = {};
+    std::vector<FigurePicture> pictures = {};
 };
 using FigureFunction = FigureData (*)(const FigureOptions &);
 
@@ -82,9 +95,10 @@ const Row &FindRow(std::span<const Row> rows, const char *Row::*nameOf, const st
         .WithRemedy(Suggestion(name, names.data(), names.size()));
 }
 
-// Writes folder/stem.csv, .svg and .png; the folder is made if need be. Throws Error.
-void WriteFigure(const std::string &folder, const std::string &stem, const std::string &caption,
-                 const FigureData &data);
+// Writes folder/stem.csv, .svg and .png, and every picture as NAME.exr and, where its name is not the stem,
+// NAME.png; the folder is made if need be. Returns the names of the files. Throws Error.
+std::vector<std::string> WriteFigure(const std::string &folder, const std::string &stem,
+                                     const std::string &caption, const FigureData &data);
 
 // printf of one number.
 std::string Printed(const char *format, double value);

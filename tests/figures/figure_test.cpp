@@ -2,6 +2,7 @@
 #include "figures/papers/figure_table.h"
 
 #include "core/error.h"
+#include "figures/rendered.h"
 
 #include <gtest/gtest.h>
 
@@ -18,23 +19,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<Figure> DrawnFigures() {
-    std::vector<Figure> drawn;
+std::vector<Figure> MadeFigures() {
+    std::vector<Figure> made;
     for (const Figure &figure : Figures())
-        if (figure.make != nullptr)
-            drawn.push_back(figure);
-    return drawn;
+        if (figure.Made())
+            made.push_back(figure);
+    return made;
 }
 std::string TestName(const std::string &id) {
     return std::regex_replace(id, std::regex("[^A-Za-z0-9]"), "_");
 }
 
-class DrawnFigure : public ::testing::TestWithParam<Figure> {};
+class MadeFigure : public ::testing::TestWithParam<Figure> {};
 
-TEST_P(DrawnFigure, KeepsItsLaws) {
+TEST_P(MadeFigure, KeepsItsLaws) {
     FigureOptions options;
     options.quick = true;
-    const FigureData data = GetParam().make(options);
+    options.scenes = CUTICLE_SOURCE_DIR "/scenes";
+    const FigureData data = MakeFigure(GetParam(), options);
+    EXPECT_GE(data.pictures.size(), GetParam().Scenes().size());
     EXPECT_GT(data.table.Rows(), 0u);
     EXPECT_EQ(data.table.Csv().find_first_of("\\{}"), std::string::npos)
         << "gnuplot's marks belong to the plot";
@@ -43,7 +46,7 @@ TEST_P(DrawnFigure, KeepsItsLaws) {
         EXPECT_TRUE(check.Holds()) << check.law << " " << check.value << ", asked for " << check.low << " to "
                                    << check.high;
 }
-INSTANTIATE_TEST_SUITE_P(All, DrawnFigure, ::testing::ValuesIn(DrawnFigures()),
+INSTANTIATE_TEST_SUITE_P(All, MadeFigure, ::testing::ValuesIn(MadeFigures()),
                          [](const auto &tested) { return TestName(tested.param.id); });
 
 TEST(FigureTable, HoldsEachFigureOnceWithACaption) {
@@ -64,9 +67,13 @@ TEST(FigureTable, KnowsTheScenes) {
     const fs::path scenes = fs::path(CUTICLE_SOURCE_DIR) / "scenes";
     std::set<std::string> named;
     for (const Figure &figure : Figures()) {
-        std::istringstream words(figure.scenes);
-        for (std::string stem; words >> stem; named.insert(stem))
+        EXPECT_EQ(figure.Scenes().empty(), figure.measure == nullptr) << figure.id;
+        for (const std::string &stem : figure.Scenes()) {
             EXPECT_TRUE(fs::exists(scenes / (stem + ".pbrt"))) << figure.id << " names " << stem;
+            EXPECT_TRUE(stem == figure.id || (stem.starts_with(figure.id) && stem[stem.size() - 2] == '-'))
+                << stem << " is not named after " << figure.id;
+            EXPECT_TRUE(named.insert(stem).second) << stem;
+        }
     }
     for (const auto &entry : fs::directory_iterator(scenes)) {
         const std::string stem = entry.path().stem().string();
@@ -116,6 +123,43 @@ TEST(FigureData, BecomesThreeFiles) {
     EXPECT_NE(text.str().find("A caption."), std::string::npos);
     EXPECT_THROW(WriteFigure(folder + "/new/pharr-1.16.csv", "x", "", data), Error) << "a file is no folder";
     fs::remove_all(folder);
+}
+
+// A rendered figure leaves its pictures beside the plot; a picture of the figure's own name has no second
+// PNG, which is the plot's.
+TEST(FigureData, PicturesBecomeFilesOfTheirOwn) {
+    std::string folder = ::testing::TempDir() + "figureXXXXXX";
+    ASSERT_NE(mkdtemp(folder.data()), nullptr);
+    Image grey(4, 2, {"R", "G", "B"});
+    std::fill(grey.data.begin(), grey.data.end(), 0.5f);
+    FigureData data{Table({"mean"})};
+    data.table.Add({MeanLuminance(grey)});
+    data.plot.panels = {PicturePanel("a picture", grey)};
+    data.pictures = {{"x", grey}, {"x-a", grey}};
+    const std::vector<std::string> files = WriteFigure(folder, "x", "", data);
+    const std::set<std::string> names = {"x.csv", "x.svg", "x.png", "x.exr", "x-a.exr", "x-a.png"};
+    std::set<std::string> found;
+    for (const std::string &file : files) {
+        EXPECT_TRUE(fs::exists(file)) << file;
+        found.insert(fs::path(file).filename());
+    }
+    EXPECT_EQ(found, names);
+    EXPECT_EQ(ReadImage(folder + "/x-a.exr").width, 4);
+    EXPECT_GT(ReadImage(folder + "/x.png").width, 100) << "the plot's";
+    fs::remove_all(folder);
+}
+
+// Windows are shares of a picture, from its upper left corner; the smallest is a pixel.
+TEST(FigureData, MeansAreOfTheirWindow) {
+    Image image(10, 4, {"R", "G", "B"});
+    for (size_t y = 0; y < 4; ++y)
+        for (size_t x = 0; x < 10; ++x)
+            image.At(x, y, 1) = float(x) + 10 * float(y);
+    EXPECT_FLOAT_EQ(MeanColor(image)[1], 4.5f + 15);
+    EXPECT_FLOAT_EQ(MeanColor(image, {0, 0.5, 0, 0.5})[1], 2 + 5);
+    EXPECT_FLOAT_EQ(MeanColor(image, {0.9, 1, 0.75, 1})[1], 39);
+    EXPECT_FLOAT_EQ(MeanColor(image, {1, 1, 1, 1})[1], 39);
+    EXPECT_FLOAT_EQ(MeanColor(image, {0, 0, 0, 0})[1], 0);
 }
 
 } // namespace

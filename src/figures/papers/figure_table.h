@@ -5,26 +5,34 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 namespace cuticle {
 
 enum class FigureKind { Plot, Render, Diagram, Photo, Animation };
 std::string ToString(FigureKind kind);
 
-// A figure of one of the four papers, or of the book. make is null, and scenes empty, for one that is not
-// made (yet); scenes names the files under scenes/ (without .pbrt) that render it, with blanks between. The
-// caption is in the notation of plot.h.
+// Takes the pictures of a figure's scenes, in the order of its row, and returns panels, numbers and laws.
+using MeasureFunction = FigureData (*)(const FigureOptions &, std::span<const FigurePicture>);
+
+// A figure of one of the four papers, or of the book. The caption is in the notation of plot.h. make computes
+// a plot or a diagram. A rendered figure has instead the names of its scenes (under scenes/, without .pbrt,
+// with blanks between) and measure. One that is not made has none of these.
 struct Figure {
     const char *id;
     FigureKind kind;
     const char *caption;
     FigureFunction make;
-    const char *scenes;
-    bool Made() const { return make != nullptr || *scenes != '\0'; }
+    const char *scenes = "";
+    MeasureFunction measure = nullptr;
+    bool Made() const { return make != nullptr || measure != nullptr; }
+    std::vector<std::string> Scenes() const;
 };
 std::span<const Figure> Figures();
-// Throws Error with the nearest ids, or, for a figure that `cuticle figure` does not draw, with what there is
-// instead.
+// Throws Error with the nearest ids, or, for a figure that is not made, with the reason.
 const Figure &FindFigure(const std::string &id);
+// Computes a figure that is made, rendering its scenes first; their pictures, and what they took, are in what
+// is returned.
+FigureData MakeFigure(const Figure &figure, const FigureOptions &options);
 
 } // namespace cuticle

@@ -4,6 +4,8 @@
 
 #include "figures/figure.h"
 
+#include <span>
+
 namespace cuticle {
 
 // Marschner et al. 2003
@@ -47,6 +49,9 @@ FigureData Pharr1_17(const FigureOptions &options);
 // Petrovic et al. 2005
 FigureData Petrovic2(const FigureOptions &options);
 FigureData Petrovic3(const FigureOptions &options);
+
+// Rendered: of the pictures of the figure's scenes
+FigureData MeasurePharr1_20(const FigureOptions &options, std::span<const FigurePicture> pictures);
 
 // The book's own
 FigureData BookDemux(const FigureOptions &options);

@@ -1,9 +1,7 @@
 // Figures of Petrovic, Henne and Anderson: hair as a volume, and its light.
 #include "figures/papers/paper_figures.h"
+#include "figures/rendered.h"
 #include "grooms/procedural.h"
-#include "images/image.h"
-#include "render/plugins.h"
-#include "render/renderer.h"
 #include "volume/density.h"
 #include "volume/shell.h"
 #include "volume/slices.h"
@@ -31,39 +29,6 @@ HairShell ShellOf(const VolumeGroom &which, float cell) {
     const StrandSet strands = CurvesOf(groom);
     const DenseGrid<float> density = Smoothed(LineDensity(strands, BoxAround(BoundsOf(strands), cell, 5)), 2);
     return MakeShell(density, MedianDensity(density) / 2);
-}
-
-// Renders the text of a scene, as it says.
-Image RenderText(const std::string &scene, int spp) {
-    SceneDescription description = ParseSceneText(AllPlugins(), scene, "figure");
-    const Scene built(&description, {});
-    RenderOptions options;
-    options.spp = spp;
-    RenderStats stats;
-    return Render(description, built, options, &stats);
-}
-
-// A panel that shows a picture, the first of its rows on top.
-PlotPanel PicturePanel(const std::string &title, size_t width, size_t height,
-                       const std::function<Spectrum(size_t x, size_t y)> &color) {
-    PlotPanel panel;
-    panel.kind = PlotKind::HeatMap;
-    panel.title = title;
-    PlotHeatMap &map = panel.heatMap;
-    map.columns = width, map.rows = height;
-    map.xMax = static_cast<double>(width), map.yMax = static_cast<double>(height);
-    for (size_t y = height; y-- > 0;)
-        for (size_t x = 0; x < width; ++x)
-            map.colors.push_back(color(x, y));
-    map.isPicture = true;
-    return panel;
-}
-PlotPanel PicturePanel(const std::string &title, const Image &image) {
-    return PicturePanel(title, static_cast<size_t>(image.width), static_cast<size_t>(image.height),
-                        [&](size_t x, size_t y) {
-                            const Spectrum c = image.RGB(x, y);
-                            return Spectrum(std::min(c[0], 1.f), std::min(c[1], 1.f), std::min(c[2], 1.f));
-                        });
 }
 
 // A head of hair from the front and a little from the side, of so many pixels each way.
