@@ -69,6 +69,7 @@ LITERATE = [
     "src/dynamics/velocity_grid.*",
     "src/dynamics/springs.*",
     "src/dynamics/directing.*",
+    "src/dynamics/crossings.*",
 ]
 CHAPTERS = "literate_docs/[0-9A-Z]*-*.md"  # numbered chapters, then appendices by letter
 

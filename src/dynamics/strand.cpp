@@ -15,8 +15,7 @@ namespace {
 using rods::RodEdge;
 using rods::RodHinge;
 
-constexpr double kMaxSpeed = 1e6;  // cm/s; beyond it a step has gone wrong
-constexpr size_t kMaxRounds = 200; // of projection
+constexpr double kMaxSpeed = 1e6; // cm/s; beyond it a step has gone wrong
 constexpr double kLengthTolerance = 1e-6;
 constexpr double kTouching = 1e-6; // cm
 // Stiffness of contacts in units of 1 / dt^2: a point under gravity sinks in by a ten-thousandth of what it
@@ -56,10 +55,11 @@ const RodKernel &RodKernelFor(InstructionSet isa) {
 //<
 
 //> Read and write a lane
-Vector3d KeyStrands::Get(const Vectors &a, size_t n, size_t strand, size_t i) {
-    const Vector3<Octet> &v = a[strand / kRodLanes * n + i];
-    const size_t lane = strand % kRodLanes;
+static Vector3d LaneOf(const Vector3<Octet> &v, size_t lane) {
     return {v.x.lane[lane], v.y.lane[lane], v.z.lane[lane]};
+}
+Vector3d KeyStrands::Get(const Vectors &a, size_t n, size_t strand, size_t i) {
+    return LaneOf(a[strand / kRodLanes * n + i], strand % kRodLanes);
 }
 void KeyStrands::Set(Vectors *a, size_t n, size_t strand, size_t i, const Vector3d &v) {
     Vector3<Octet> &to = (*a)[strand / kRodLanes * n + i];
@@ -311,6 +311,59 @@ double KeyStrands::PushOut(size_t batch, const Pose &pose, const Obstacle &obsta
 }
 //<
 
+//> Lay a strand out from its root
+// The rounds may have carried a strand far away; this begins with what Newton's method had found. Each point
+// goes as far from the one before as it should be, and is turned about that one until it is outside: by what
+// leads out where it is, and if that does not end either, toward what leads out where the one before is.
+void KeyStrands::LayOut(size_t s, const Vectors &solved, const Pose &pose, const Obstacle &obstacle) {
+    constexpr int kTries = 40, kTurns = 20;
+    for (size_t i = std::max<size_t>(physics_.fixed, 1); i < points_; ++i) {
+        const double clearance = contacts_[s * points_ + i].clearance, length = EdgeLength(s, i - 1);
+        const Vector3d from = pose.LocalPoint(Position(s, i - 1)), out = obstacle.Normal(from);
+        const Vector3d wish = pose.LocalPoint(LaneOf(solved[i], s % kRodLanes));
+        const auto toward = [&](const Vector3d &p) {
+            const Vector3d along = p - from;
+            return from + (along.LengthSquared() > 0 ? Normalize(along) : out) * length;
+        };
+        const auto depth = [&](const Vector3d &p) { return clearance - obstacle.Distance(p); };
+        Vector3d to = toward(wish);
+        for (int k = 0; k < kTries && depth(to) > 0; ++k)
+            to = toward(to + obstacle.Normal(to) * (1.1 * depth(to) + 1e-9));
+        for (int k = 1; k <= kTurns && depth(to) > 0; ++k) {
+            const double share = static_cast<double>(k) / kTurns;
+            to = toward(toward(wish) * (1 - share) + (from + out * length) * share);
+        }
+        Set(&x_, points_, s, i, pose.Point(to));
+    }
+}
+//<
+
+//> Lay out the strands that no round has mended
+void KeyStrands::LayOutBatch(size_t batch, const Vectors &solved, const Pose &pose, const Obstacle &obstacle,
+                             StepReport *report) {
+    // The worst of a strand: of its lengths, relative, and of its depths
+    const auto worst = [&](size_t s) {
+        StepReport found;
+        for (size_t i = std::max<size_t>(physics_.fixed, 1); i < points_; ++i) {
+            const double length = (Position(s, i) - Position(s, i - 1)).Length(),
+                         depth = contacts_[s * points_ + i].clearance -
+                                 obstacle.Distance(pose.LocalPoint(Position(s, i)));
+            found.Join({std::abs(length / EdgeLength(s, i - 1) - 1), depth});
+        }
+        return found;
+    };
+    report->stretch = report->penetration = 0;
+    for (size_t s = batch * kRodLanes; s < std::min(strands_, (batch + 1) * kRodLanes); ++s) {
+        StepReport found = worst(s);
+        if (found.stretch > kLengthTolerance || found.penetration > kTouching) {
+            LayOut(s, solved, pose, obstacle);
+            found = worst(s);
+        }
+        report->Join(found);
+    }
+}
+//<
+
 //> Keep strands whose step gave no number
 size_t KeyStrands::Recover(size_t batch, const Vectors &directors) {
     size_t recovered = 0;
@@ -332,9 +385,7 @@ size_t KeyStrands::Recover(size_t batch, const Vectors &directors) {
             Set(&xBefore_, points_, s, i, p);
             Set(&v_, points_, s, i, {});
             Set(&vBefore_, points_, s, i, {});
-            const Vector3<Octet> &d = directors[i];
-            const size_t lane = s % kRodLanes;
-            Set(&director_, points_, s, i, {d.x.lane[lane], d.y.lane[lane], d.z.lane[lane]});
+            Set(&director_, points_, s, i, LaneOf(directors[i], s % kRodLanes));
         }
     }
     return recovered;
@@ -365,6 +416,7 @@ StepReport KeyStrands::StepBatch(size_t batch, double dt, const Pose &pose, cons
         kernel_->newton(step, &worst);
     }
     KeepContacts(batch, pose, obstacle);
+    const Vectors solved(arrays.x, arrays.x + points_);
     StepReport report;
     for (; report.rounds < kMaxRounds; ++report.rounds) {
         report.penetration = PushOut(batch, pose, obstacle);
@@ -373,6 +425,8 @@ StepReport KeyStrands::StepBatch(size_t batch, double dt, const Pose &pose, cons
         if (report.penetration < kTouching && report.stretch < kLengthTolerance)
             break;
     }
+    if (report.rounds == kMaxRounds)
+        LayOutBatch(batch, solved, pose, obstacle, &report);
     for (size_t s = batch * kRodLanes; s < std::min(strands_, (batch + 1) * kRodLanes); ++s)
         for (size_t i = 0; i < points_; ++i)
             contacts_[s * points_ + i].last = pose.LocalPoint(Position(s, i));

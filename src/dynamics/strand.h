@@ -85,6 +85,8 @@ class KeyStrands {
     // same for any number of threads.
     StepReport Step(double dt, const Pose &pose, const Obstacle &obstacle);
 
+    static constexpr size_t kMaxRounds = 200; // of pushing points out and mending lengths, in a step
+
     // Energy of motion, per mass a length (cm^3/s^2); and of bending and twist.
     double KineticEnergy() const;
     double ElasticEnergy() const;
@@ -113,6 +115,9 @@ class KeyStrands {
     void UpdateContacts(size_t batch, double stiffness, bool isFirst, const Pose &pose,
                         const Obstacle &obstacle);
     double PushOut(size_t batch, const Pose &pose, const Obstacle &obstacle);
+    void LayOut(size_t strand, const Vectors &solved, const Pose &pose, const Obstacle &obstacle);
+    void LayOutBatch(size_t batch, const Vectors &solved, const Pose &pose, const Obstacle &obstacle,
+                     StepReport *report);
     double CachedDistance(size_t at, const Vector3d &local, double clearance, const Obstacle &obstacle);
     void KeepContacts(size_t batch, const Pose &pose, const Obstacle &obstacle);
     size_t Recover(size_t batch, const Vectors &directors);

@@ -359,5 +359,34 @@ TEST(Strands, CurlsStayAtRestAndComeBackAfterShaking) {
     EXPECT_EQ(report.recovered, 0u);
 }
 
+// Two neighbours stand on either side of a ridge (a nose) thinner than their edge is long: rounds of pushing
+// points out and mending lengths do not end. Strands are laid out then, and neither stretch nor go in.
+TEST(Strands, ARidgeThinnerThanAnEdgeNeitherStretchesNorSwallowsThem) {
+    constexpr size_t strands = 48, points = 16;
+    std::vector<Vector3d> rest;
+    for (size_t s = 0; s < strands; ++s)
+        for (size_t i = 0; i < points; ++i) // hanging in front of a ball, beside its nose
+            rest.push_back({-3 + 0.1 * static_cast<double>(s), 10 - 1.3 * static_cast<double>(i), 9});
+    StrandPhysics physics;
+    physics.bending = 1e5, physics.twist = 7.5e4;
+    KeyStrands set(rest, points, physics);
+    std::vector<std::unique_ptr<Obstacle>> bodies;
+    bodies.push_back(MakeSphere({0, 0, 0}, 8));
+    bodies.push_back(MakeEllipsoid({0, -1, 8}, {0.8, 2, 2.5}));
+    const std::unique_ptr<Obstacle> obstacle = MakeUnion(std::move(bodies));
+    StepReport report;
+    for (int step = 0; step < 120; ++step) {
+        const double t = step / 60.;
+        for (size_t s = 0; s < strands; ++s)
+            for (size_t i = 0; i < points; ++i)
+                set.SetForce(s, i, {4e3 * std::sin(7 * t), -981, -2e3}, 3, {});
+        report.Join(set.Step(1. / 60, {}, *obstacle));
+    }
+    EXPECT_EQ(report.rounds, KeyStrands::kMaxRounds) << "this is about rounds that do not end";
+    EXPECT_LT(report.stretch, 1e-5);
+    EXPECT_LT(report.penetration, 1e-5);
+    EXPECT_EQ(report.recovered, 0u);
+}
+
 } // namespace
 } // namespace cuticle

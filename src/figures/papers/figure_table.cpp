@@ -145,8 +145,8 @@ constexpr std::array kFigures = std::to_array<Figure>({
     {"petrovic-3", Render,
      "The hair's shell; hair by Kajiya and Kay's model with the shell's normals; by the model alone.",
      Petrovic3},
-    {"petrovic-4", Render, "A simulated frame without and with smoothed velocities.", nullptr},
-    {"petrovic-5", Render, "Start shape, target shape, shape reached by density forces.", nullptr},
+    {"petrovic-4", Render, "A simulated frame without and with smoothed velocities.", Petrovic4},
+    {"petrovic-5", Render, "Start shape, target shape, shape reached by density forces.", Petrovic5},
     {"petrovic-6", Render, "Several styles, gelled and loose.", nullptr},
     {"petrovic-videos", Animation, "Level set, normals, simulation, directed simulation.", nullptr},
 

@@ -49,6 +49,8 @@ FigureData Pharr1_17(const FigureOptions &options);
 // Petrovic et al. 2005
 FigureData Petrovic2(const FigureOptions &options);
 FigureData Petrovic3(const FigureOptions &options);
+FigureData Petrovic4(const FigureOptions &options);
+FigureData Petrovic5(const FigureOptions &options);
 
 // Rendered: of the pictures of the figure's scenes
 FigureData MeasurePharr1_20(const FigureOptions &options, std::span<const FigurePicture> pictures);
