@@ -30,13 +30,18 @@ class ChiangMaker final : public FiberMaker {
 
 //> Make the same model with another number of lobes
 // "lobes": as many of their own; "tail_share": as many as leave no more than this share of the light to the
-// uniform lobe. The same model in general code, which is slower. eta below 1.001 is taken as that.
+// uniform lobe; "orders": only these lobes. The same model in general code, which is slower. eta below 1.001
+// is taken as that.
 class ManyLobesMaker final : public FiberMaker {
   public:
     ManyLobesMaker(const FiberSettings &settings, int lobes) {
         choices_.lobes = lobes;
         if (settings.Has("tail_share"))
             tailShare_ = settings.Number("tail_share", 0);
+        if (tailShare_ && settings.Has("orders"))
+            throw settings.ErrorAt("orders", "\"orders\" cannot be chosen where \"tail_share\" decides which "
+                                             "orders have a lobe; leave one of them out");
+        choices_.orders = OrdersOf(settings, lobes, true);
         choices_.detector = AzimuthalDetector::Logistic;
         choices_.inclination = AttenuationInclination::Viewer;
     }
@@ -86,6 +91,7 @@ constexpr ParamInfo kParams[] = {
     {"tail_share", "float", "", "",
      "as many lobes, up to \"lobes\" or 16, as leave no more than this share of the light to the uniform one",
      0, 1},
+    kOrdersParam,
 };
 
 } // namespace
@@ -102,7 +108,7 @@ FiberModel ChiangRow() {
         .prepare = [](const FiberSettings &settings) -> std::unique_ptr<FiberMaker> {
             const bool chosen = settings.Has("tail_share");
             const int lobes = LobesOf(settings, chosen ? kMaxSceneLobes : HairBSDF::pMax);
-            if (lobes == HairBSDF::pMax && !chosen)
+            if (lobes == HairBSDF::pMax && !chosen && !settings.Has("orders"))
                 return std::make_unique<ChiangMaker>();
             return std::make_unique<ManyLobesMaker>(settings, lobes);
         },

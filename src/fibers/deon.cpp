@@ -196,13 +196,15 @@ typename DEon<T, Around>::Shares DEon<T, Around>::SharesOf(T cosThetaO) const {
     Shares shares{};
     T sum = 0;
     for (size_t p = 0; p < parameters.AllLobes(); ++p) {
+        if (!parameters.Counts(p))
+            continue;
         const T seen = Along(p).UsualCosThetaD(cosThetaO);
         const bool beside =
             parameters.inclination == AttenuationInclination::HalfDifference && seen > cosThetaO;
         sum += shares[p] = around.Share(p, beside ? around.At(seen) : inside);
     }
     for (T &s : shares)
-        s /= sum;
+        s = sum > 0 ? s / sum : T(0);
     return shares;
 }
 //<
@@ -212,6 +214,8 @@ FiberValue<T> DEon<T, Around>::Gather(const Shares &shares, const Inclination<T>
     const auto inside = around.At(CosThetaD(o, i));
     FiberValue<T> value{{0, 0, 0}, 0};
     for (size_t p = 0; p < parameters.AllLobes(); ++p) {
+        if (!parameters.Counts(p))
+            continue;
         const T m = Along(p).Value(o, i);
         AroundValue<T> n = around.Value(p, inside, phi);
         value.pdf += shares[p] * Along(p).Density(o, i) * n.density;
@@ -250,6 +254,10 @@ FiberValue<T> DEon<T, Around>::Sample(const Vector3<T> &wo, std::array<T, 4> u, 
         u[0] -= shares[p++];
     while (p > 0 && !(shares[p] > 0))
         --p;
+    if (!(shares[p] > 0)) { // the orders that count are black
+        *wi = wo;
+        return {{0, 0, 0}, 0};
+    }
     const T rest = std::clamp(u[0] / shares[p], T(0), T(OneMinusEpsilon));
     const Inclination<T> i = Along(p).Sample(o, u[2], u[3]);
     const T phi = around.Sample(p, around.At(CosThetaD(o, i)), rest, u[1]);

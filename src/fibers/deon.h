@@ -47,6 +47,7 @@ struct DEonParameters {
     int lobes = 4;
     bool tail = true;
     std::optional<float> h;
+    uint32_t orders = ~0u; // bit p: whether order p counts; bit `lobes`: the tail
 
     // As published: F of the half angle for R (equation 12) in place of F at h.
     bool halfAngleFresnel = false;
@@ -59,6 +60,7 @@ struct DEonParameters {
     int order = 0;
 
     size_t AllLobes() const { return static_cast<size_t>(lobes) + (tail ? 1 : 0); }
+    bool Counts(size_t p) const { return (orders >> p & 1) != 0; }
     bool IsTail(size_t p) const { return p == static_cast<size_t>(lobes); }
     bool operator==(const DEonParameters &) const = default;
 };

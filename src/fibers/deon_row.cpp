@@ -33,6 +33,7 @@ class DEonMaker final : public FiberMaker {
                                                kMaxNodes, choices_.order));
         choices_.lobes = LobesOf(settings, choices_.lobes);
         choices_.tail = settings.Flag("tail", true);
+        choices_.orders = OrdersOf(settings, choices_.lobes, choices_.tail);
         choices_.halfAngleFresnel = settings.Flag("half_angle_fresnel", false);
         choices_.longitudinal = kFormOf[settings.Choice("longitudinal")];
         choices_.length = static_cast<SegmentLength>(settings.Choice("path"));
@@ -133,6 +134,7 @@ constexpr ParamInfo kParams[] = {
     {"azimuth_TRT", "float texture", "degrees", "from beta_n", "that of TRT and beyond", 0, 1e3},
     {"lobes", "integer", "", "4", "orders with a lobe of their own", 1, kMaxSceneLobes},
     {"tail", "bool", "", "true", "one more lobe for all orders beyond; the paper has none"},
+    kOrdersParam,
     {"half_angle_fresnel", "bool", "", "false", "R by the reflectance at the half angle (equation 12)"},
     {.name = "field",
      .type = "string",

@@ -7,6 +7,12 @@
 #include "fibers/mp.h"
 #include "fibers/np.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <sstream>
+#include <string>
+#include <vector>
+
 namespace cuticle {
 
 //> Measure the default model's lobes in degrees
@@ -59,6 +65,38 @@ inline int LobesOf(const FiberSettings &settings, int otherwise) {
                                fmt::format("\"lobes\" must be 1 to {}, not {}", kMaxSceneLobes, lobes));
     return lobes;
 }
+//<
+
+//> Read which orders a scene asks for
+// The parameter "orders": words R, TT, TRT, TRRT ..., and "rest" for the lobe that all further orders share;
+// bit p of what is returned is order p, the lobe of the rest is bit `lobes`. All of them where it is not
+// given; Error for another word.
+inline uint32_t OrdersOf(const FiberSettings &settings, int lobes, bool rest) {
+    if (!settings.Has("orders"))
+        return ~0u;
+    std::vector<std::string> names;
+    for (int p = 0; p < lobes; ++p)
+        names.push_back(p == 0 ? "R" : "T" + std::string(static_cast<size_t>(p) - 1, 'R') + "T");
+    if (rest)
+        names.emplace_back("rest");
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    uint32_t orders = 0;
+    std::istringstream words(settings.Word("orders", ""));
+    for (std::string word; words >> word;) {
+        const auto found = std::find(known.begin(), known.end(), word);
+        if (found == known.end())
+            throw settings.ErrorAt("orders", fmt::format("\"orders\" names \"{}\". {}", word,
+                                                         Suggestion(word, known.data(), known.size())));
+        orders |= 1u << (found - known.begin());
+    }
+    if (orders == 0)
+        throw settings.ErrorAt("orders",
+                               "\"orders\" names no order; name some of R, TT, TRT, or leave it out");
+    return orders;
+}
+inline constexpr ParamInfo kOrdersParam = {
+    "orders", "string", "", "all",
+    "the lobes that count: some of R, TT, TRT ..., and rest, with blanks between"};
 //<
 
 } // namespace cuticle

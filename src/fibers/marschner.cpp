@@ -169,9 +169,11 @@ typename Marschner<T>::View Marschner<T>::ViewOf(const Vector3<T> &wo) const {
     });
     view.trt = mean[2];
     view.share = {mean[0], mean[1], mean[2] + GlintOf(seen(2), view.etaStar).energy, Luminance(kd_)};
+    for (size_t p = 0; p < 3; ++p)
+        view.share[p] = Counts(p) ? view.share[p] : T(0);
     const T sum = view.share[0] + view.share[1] + view.share[2] + view.share[3];
     for (T &s : view.share)
-        s /= sum;
+        s = sum > 0 ? s / sum : T(0);
     return view;
 }
 //<
@@ -237,6 +239,8 @@ FiberValue<T> Marschner<T>::Gather(const View &view, const Inclination<T> &i, T 
     for (size_t c = 0; c < 3; ++c)
         value.fCos[c] = kd_[c] * diffuse;
     for (size_t p = 0; p < 3; ++p) {
+        if (!Counts(p))
+            continue;
         const T m = along_[p].Value(view.o, i);
         const std::array<T, 3> n = Azimuthal(static_cast<int>(p), cosThetaD, phi, view.phiO + phi / 2);
         for (size_t c = 0; c < 3; ++c)
@@ -267,6 +271,10 @@ FiberValue<T> Marschner<T>::Sample(const Vector3<T> &wo, std::array<T, 4> u, Vec
         u[0] -= view.share[p++];
     while (p > 0 && !(view.share[p] > 0)) // rounding may lead past the last lobe that has light
         --p;
+    if (!(view.share[p] > 0)) { // the orders that count are black
+        *wi = wo;
+        return {{0, 0, 0}, 0};
+    }
     const T rest = std::clamp(u[0] / view.share[p], T(0), T(OneMinusEpsilon));
     //<
     Inclination<T> i;

@@ -24,6 +24,7 @@ namespace cuticle {
 //   maxH          limit of their power: of the width of the fiber, in h
 //   kd            energy of a diffuse term, at least 0 (section 5.3)
 //   axis          azimuth of the major axis in the local frame, from y toward z
+//   orders        bit p: whether order p counts (R, TT, TRT)
 struct MarschnerParameters {
     float eta = 1.55f;
     std::array<float, 3> sigmaA = {0.2f, 0.2f, 0.2f};
@@ -33,6 +34,7 @@ struct MarschnerParameters {
     float kG = 1, wc = 15, etaRange = 0.3f, maxH = 0.5f;
     std::array<float, 3> kd = {0, 0, 0};
     float axis = 0;
+    uint32_t orders = 7;
 
     RootMethod roots = RootMethod::Exact;
     SegmentLength length = SegmentLength::Chord;
@@ -66,6 +68,7 @@ class Marschner {
   private:
     struct Glint; // of TRT, for one inclination
     struct View;  // what depends on the viewer alone
+    bool Counts(size_t p) const { return (parameters.orders >> p & 1) != 0; }
     Glint GlintOf(T cosThetaD, T etaStar) const;
     View ViewOf(const Vector3<T> &wo) const;
     T Path(int p, T gamma, const SmoothFiber<T> &fiber) const;

@@ -31,6 +31,7 @@ class MarschnerMaker final : public FiberMaker {
         choices_.length = static_cast<SegmentLength>(settings.Choice("path"));
         choices_.longitudinal = kFormOf[settings.Choice("longitudinal")];
         choices_.printedEccentricity = settings.Flag("printed_eccentricity", false);
+        choices_.orders = OrdersOf(settings, 3, false);
     }
     bool NeedsAxis() const override { return eccentricity_.has_value(); }
     void Make(const FiberInputs &at, FiberStorage *fiber) const override {
@@ -125,6 +126,7 @@ constexpr ParamInfo kParams[] = {
      .choices = kPaths},
     {"printed_eccentricity", "bool", "", "false",
      "the caustics of elliptical fibers the wrong way round, as printed"},
+    kOrdersParam,
 };
 //<
 

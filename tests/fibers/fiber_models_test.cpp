@@ -18,6 +18,56 @@ using std::numbers::pi;
 INSTANTIATE_TEST_SUITE_P(All, EveryFiberModel, testing::ValuesIn(Forms()),
                          [](const auto &model) { return model.param.Name(); });
 
+// The same laws hold where a scene has chosen some orders: what is left out is neither evaluated nor sampled.
+const FiberForm kTrtAlone{.name = "TRT alone", .own = {{"orders", "TRT"}}};
+// Marschner's TRT by itself is all caustics, which the laws' quadrature follows where they are a tenth of the
+// light, not the whole.
+const FiberForm kWithoutTrt{.name = "R and TT", .own = {{"orders", "R TT"}}, .reciprocal = true};
+const FiberForm kBothHighlights{
+    .name = "R and TRT", .own = {{"orders", "TRT R"}, {"evaluation", "quadrature"}}, .reciprocal = true};
+const FiberForm kRest{.name = "the rest", .own = {{"orders", "rest"}}};
+INSTANTIATE_TEST_SUITE_P(SomeOrders, EveryFiberModel,
+                         testing::Values(FormCase{FindFiberModel("chiang"), &kTrtAlone},
+                                         FormCase{FindFiberModel("chiang"), &kRest},
+                                         FormCase{FindFiberModel("marschner"), &kWithoutTrt},
+                                         FormCase{FindFiberModel("deon"), &kBothHighlights}),
+                         [](const auto &model) { return model.param.Name(); });
+
+// Each order by itself, and all that the scene may name, add up to the fiber as it comes.
+TEST(FiberModels, OrdersAddUp) {
+    FiberInputs at;
+    at.sigmaA = {0.1f, 0.2f, 0.4f};
+    const std::vector<std::pair<const char *, std::vector<std::string_view>>> models = {
+        {"chiang", {"R", "TT", "TRT", "rest"}},
+        {"marschner", {"R", "TT", "TRT"}},
+        {"deon", {"R", "TT", "TRT", "TRRT", "rest"}}};
+    const auto value = [&](const char *name, const std::vector<OwnValue> &own, double phi) {
+        const PreparedFiber fiber(*FindFiberModel(name), at, own);
+        FiberStorage storage;
+        fiber.Make(0.4f, &storage);
+        return storage.Get()->f(Vector3f(laws::Direction(0.2, 0)), Vector3f(laws::Direction(-0.1, phi)));
+    };
+    for (const auto &[name, orders] : models)
+        for (const double phi : {0.3, 1.2, 2.9}) {
+            const Spectrum all = value(name, {}, phi);
+            Spectrum sum(0);
+            for (const std::string_view order : orders)
+                sum += value(name, {{"orders", order}}, phi);
+            const Spectrum two = value(name, {{"orders", " TRT  R "}}, phi),
+                           each = value(name, {{"orders", "R"}}, phi) + value(name, {{"orders", "TRT"}}, phi);
+            for (size_t c = 0; c < 3; ++c) {
+                EXPECT_GT(all[c], 0);
+                EXPECT_NEAR(sum[c], all[c], 2e-4f * all[c]) << name << " " << phi;
+                EXPECT_NEAR(two[c], each[c], 1e-5f * each[c] + 1e-9f) << name << " " << phi;
+            }
+        }
+    for (const char *wrong : {"RR", "", "TTT", "TRRRT", "rest TRR"})
+        for (const char *name : {"chiang", "marschner"})
+            EXPECT_THROW(value(name, {{"orders", wrong}}, 1), Error) << name << " " << wrong;
+    EXPECT_THROW(value("marschner", {{"orders", "rest"}}, 1), Error);
+    EXPECT_THROW(value("chiang", {{"orders", "R"}, {"tail_share", 0.01f}}, 1), Error);
+}
+
 // A far-field model does not know h, and one that does is not said to be one.
 TEST(FiberModels, FarFieldsDoNotKnowTheOffset) {
     const Vector3f wo(laws::Direction(0.2, 0)), wi(laws::Direction(-0.3, 1));

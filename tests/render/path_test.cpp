@@ -63,6 +63,28 @@ std::string HairBall(const std::string &hair, const std::string &light, int dept
 }
 const std::string kWhiteDome = "LightSource \"infinite\" \"rgb L\" [1 1 1]";
 
+// Marschner's figure 14: under a lamp without size, the pictures of R, TT and TRT add up to that of the whole,
+// for no other light is sampled and the random numbers are the same.
+TEST(PathIntegrator, OrdersOfHairAddUpPixelByPixel) {
+    const auto picture = [](const std::string &orders) {
+        return RenderText(FilmText(24, 24) +
+                          R"(LookAt 0 0 4 0 0 0 0 1 0 Camera "perspective" "float fov" 35
+Sampler "sobol" "integer pixelsamples" 8 Integrator "path" "integer maxdepth" 1
+WorldBegin LightSource "point" "point from" [3 1 -1] "rgb I" [20 20 20]
+Material "hair" "string model" "marschner" "rgb sigma_a" [0.44 0.64 0.9] "float eccentricity" 0.9 )" +
+                          orders + R"(
+Shape "groom" "string kind" "ball" "float radius" 1 "integer strands" 3000
+"float width" .03 WorldEnd)")
+            .image;
+    };
+    const Image all = picture(""), r = picture("\"string orders\" \"R\""),
+                tt = picture("\"string orders\" \"TT\""), trt = picture("\"string orders\" \"TRT\"");
+    for (const Image *part : {&r, &tt, &trt})
+        EXPECT_GT(MeanOf(*part).value[0], 1e-4 * MeanOf(all).value[0]);
+    for (size_t i = 0; i < all.data.size(); ++i)
+        ASSERT_NEAR(r.data[i] + tt.data[i] + trt.data[i], all.data[i], 1e-5f * (1 + all.data[i])) << i;
+}
+
 } // namespace
 
 // Hair that absorbs nothing in a dome of radiance 1 must not be seen. Light sampling is on, so that a density
