@@ -604,6 +604,67 @@ class CommandLine(ProgramCase):
         self.assertEqual(self.ok("groom", "from", "a.usda", "--time", str(kept - 1), "-q", "-o", "b.pbrt").stdout, "")
         self.assertTrue((self.path / "f" / "00001.hair").exists())
 
+    # A sphere whose place comes from a file of its own in each frame, and hair of both kinds of files.
+    ANIMATION = ('Film "image" "integer xresolution" 8 "integer yresolution" 8\nSampler "sobol" "integer pixelsamples" 4\n'
+                 'LookAt 0 0 60 0 0 0 0 1 0 Camera "perspective" "float fov" 40\nWorldBegin\nLightSource "infinite"\n')
+
+    def test_frames_of_an_animation(self):
+        self.scene(self.RECIPE, "r.recipe")
+        self.ok("simulate", "r.recipe", "-o", "h/%03d.hair")
+        self.ok("simulate", "r.recipe", "-o", "h.usda")
+        self.scene(self.ANIMATION + 'Shape "hairfile" "string filename" "h/%03d.hair" "float width" 3\nWorldEnd\n', "many.pbrt")
+        self.scene(self.ANIMATION + 'Shape "hairfile" "string filename" "h.usda" "float width" 3\nWorldEnd\n', "one.pbrt")
+        run = self.ok("render", "many.pbrt", "--frames", "2:6:2", "-o", "out/%02d.exr", "--stats", "out/%d.json")
+        self.assertEqual(sorted(f.name for f in (self.path / "out").iterdir()),
+                         ["02.exr", "04.exr", "06.exr", "2.json", "4.json", "6.json"])
+        self.assertEqual(run.stdout.count("8 x 8"), 3)
+        # A frame is the picture of its own file; the time samples of the other file give the same to rounding
+        self.scene((self.path / "many.pbrt").read_text().replace("%03d", "004"), "four.pbrt")
+        self.ok("render", "four.pbrt", "-o", "four.exr")
+        self.assertEqual(self.ok("compare", "four.exr", "out/04.exr", "--json").stdout.count('"mse": 0.0'), 1)
+        self.ok("render", "one.pbrt", "--frames", "6:6", "-o", "one%d.exr")
+        mse = [json.loads(self.run_program("compare", "one6.exr", f"out/{n:02}.exr", "--json").stdout)["mse"] for n in [2, 6]]
+        self.assertLess(mse[1], mse[0] / 100)
+        # What is there stays, what is missing is made
+        (self.path / "out" / "04.exr").unlink()
+        before = (self.path / "out" / "02.exr").stat().st_mtime_ns
+        run = self.ok("render", "many.pbrt", "--frames", "2:6:2", "-o", "out/%02d.exr", "--resume")
+        self.assertIn("2 frames were there already", run.stdout)
+        self.assertEqual(run.stdout.count("8 x 8"), 1)
+        self.assertEqual((self.path / "out" / "02.exr").stat().st_mtime_ns, before)
+        self.assertTrue((self.path / "out" / "04.exr").exists())
+        # Beyond the samples hair stands still, and that is said
+        self.assertIn("samples from time 0 to 6", self.ok("render", "one.pbrt", "--frames", "9:9", "-o", "b%d.exr").stderr)
+
+    def test_mistakes_with_frames(self):
+        self.scene(self.ANIMATION + 'Shape "hairfile" "string filename" "h/%03d.hair"\nWorldEnd\n', "many.pbrt")
+        for frames in ["5", "5:", ":5", "a:b", "-1:3", "1:2:3:4", "1.5:2", "0:9999999", "1:2 "]:
+            self.fails("render", "many.pbrt", f"--frames={frames}", "-o", "f%d.exr", says=["no range of frames", "0:95"])
+        self.fails("render", "many.pbrt", "--frames", "5:4", "-o", "f%d.exr", says="ends before it begins")
+        self.fails("render", "many.pbrt", "--frames", "1:4:0", "-o", "f%d.exr", says="step of 0")
+        self.fails("render", "many.pbrt", "--frames", "1:4", says="needs -o")
+        self.fails("render", "many.pbrt", "--frames", "1:4", "-o", "f.exr", says=["no place", "%04d.exr"])
+        self.fails("render", "many.pbrt", "--frames", "1:4", "-o", "f%d%d.exr", says="two places")
+        self.fails("render", "many.pbrt", "--frames", "1:4", "-o", "f%d.exr", "--stats", "s.json", says=["statistics", "no place"])
+        self.fails("render", "many.pbrt", "--frames", "7:9", "-o", "f%d.exr", says=["many.pbrt:", "h/007.hair"])
+
+    def test_a_stopped_animation_goes_on(self):
+        self.scene(self.ANIMATION + 'Shape "sphere" "float radius" 9\nWorldEnd\n', "ball.pbrt")
+        arguments = ["render", "ball.pbrt", "--frames", "0:3", "-o", "f/%d.exr", "--spp", "30000"]
+        process = subprocess.Popen([PROGRAM, *arguments], cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        while not (self.path / "f" / "0.exr").exists():
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        if process.returncode == 130:  # a fast machine may have ended
+            self.assertRegex(errors, "stopped (in|before) frame [123]")
+            self.assertFalse((self.path / "f" / "3.exr").exists())
+        self.ok(*arguments, "--resume")
+        self.ok("render", "ball.pbrt", "-o", "whole.exr", "--spp", "30000")
+        for name in ["0.exr", "1.exr", "3.exr"]:
+            self.assertEqual(self.ok("compare", "whole.exr", f"f/{name}", "--json").stdout.count('"mse": 0.0'), 1, name)
+        self.assertEqual(sorted(f.name for f in (self.path / "f").iterdir()), [f"{i}.exr" for i in range(4)])
+
     def test_isa_is_chosen_by_the_environment(self):
         for isa in ["sse2", "avx2"]:
             run = self.run_program("render", "scene.pbrt", "-o", f"{isa}.exr", "--stats", "s.json",

@@ -12,6 +12,7 @@
 #include "core/threads.h"
 #include "fibers/hair_lanes.h"
 #include "files/file.h"
+#include "files/frame_names.h"
 #include "files/inputs.h"
 #include "materials/hair_models.h"
 #include "render/plugins.h"
@@ -46,7 +47,7 @@ double PeakMegabytes() {
 
 struct RenderArguments {
     std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes", hairModel,
-                                                          maxMemory;
+                                                          maxMemory, frames;
     int spp = 0;
     size_t threads = 0; // 0: all
     uint64_t seed = 0;
@@ -54,6 +55,7 @@ struct RenderArguments {
     bool quiet = false, strict = false, variance = false, quick = false, resume = false;
     std::optional<bool> denoise;      // the scene's wish, where it is not given
     std::optional<double> checkpoint; // seconds; 0: never
+    std::optional<size_t> frame;      // of an animation, under way
 };
 
 // The part of a picture: its film while the render is under way.
@@ -137,6 +139,7 @@ std::vector<std::pair<std::string, std::string>> FactsOf(const RenderArguments &
             {"option --compat", a.compat},
             {"option --curves", a.curves},
             {"option --hair", a.hair},
+            {"frame of --frames", a.frame ? std::to_string(*a.frame) : ""},
             {"instruction set", scene.Isa()},
             {"processor's instruction set", IsaName(SupportedIsas().front())}};
 }
@@ -153,7 +156,7 @@ std::optional<Checkpoints> CheckpointsOf(const RenderArguments &a, const std::st
     checkpoints.filename = PartName(output);
     checkpoints.seconds = seconds > 0 ? seconds : std::numeric_limits<double>::infinity();
     checkpoints.resume = a.resume;
-    checkpoints.afterStop = a.resume || a.checkpoint.has_value();
+    checkpoints.afterStop = a.resume || a.checkpoint.has_value() || a.frame.has_value();
     return checkpoints;
 }
 
@@ -247,10 +250,14 @@ std::optional<size_t> ThreadsToUse(size_t wished) {
 }
 
 // Says what a render that did not come to its end has left, and ends the command accordingly.
-[[noreturn]] void TellWhatIsThere(const std::string &output, const RenderStats &stats, bool hasPart,
-                                  const std::exception_ptr &failure) {
-    Tell(fmt::format("stopped after {} of {} samples per pixel; wrote {}{}", stats.sppReached, stats.spp,
-                     output, hasPart ? "; --resume goes on from " + PartName(output) : ""));
+[[noreturn]] void TellWhatIsThere(const RenderArguments &a, const std::string &output,
+                                  const RenderStats &stats, bool hasPart, const std::exception_ptr &failure) {
+    const std::string next = hasPart ? "; --resume goes on from " + PartName(output) : "";
+    if (a.frame)
+        Tell(fmt::format("stopped in frame {}, which was not written{}", *a.frame, next));
+    else
+        Tell(fmt::format("stopped after {} of {} samples per pixel; wrote {}{}", stats.sppReached, stats.spp,
+                         output, next));
     if (failure)
         std::rethrow_exception(failure);
     throw ExitStatus{StopStatus()};
@@ -274,17 +281,10 @@ uint64_t RoomFor(const SceneDescription &description, const RenderOptions &optio
     return static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y) * pixel + 65536; // and a header
 }
 
-void RunRender(const RenderArguments &a) {
-    WarningLog warnings(a.strict);
-    const WarningScope scope(&warnings);
+// Renders the scene, or its frame a.frame, to `output`, or to what the scene says ("").
+void RenderPicture(const RenderArguments &a, std::optional<size_t> threads, WarningLog *warnings) {
     InputLog inputs;
     const InputScope noted(&inputs);
-    // --threads bounds parsing and building as well as rendering
-    std::optional<ThreadLimit> limit;
-    const std::optional<size_t> threads = ThreadsToUse(a.threads);
-    if (threads)
-        limit.emplace(*threads);
-
     std::optional<MemoryBudget> budget;
     if (!a.maxMemory.empty())
         budget.emplace(ParseByteSize(a.maxMemory));
@@ -293,7 +293,9 @@ void RunRender(const RenderArguments &a) {
     VLOG(1) << Printable(a.scene) << ": reading";
     Preparation seconds;
     double start = WallSeconds();
-    SceneDescription description = ParseScene(AllPlugins(), a.scene);
+    ParseOptions parse;
+    parse.frame = a.frame;
+    SceneDescription description = ParseScene(AllPlugins(), a.scene, parse);
     seconds.parse = WallSeconds() - start;
     const std::string output = OutputName(a, description);
     CheckOutputs(output, a.stats);
@@ -305,7 +307,8 @@ void RunRender(const RenderArguments &a) {
         SetHairKernels("scalar");
     const Scene scene(&description, SceneOptionsOf(a));
     seconds.build = WallSeconds() - start;
-    warnings.Flush();
+    if (!a.frame)
+        warnings->Flush();
 
     // The outputs are opened before the render, which holds them: now all inputs are known, too
     CatchStops();
@@ -332,9 +335,11 @@ void RunRender(const RenderArguments &a) {
     options.failure = &failure;
     const Image image = Render(description, scene, options, &stats);
     progress.reset();
-    warnings.Flush();
-    SavePicture(&picture, output, image);
+    if (!a.frame)
+        warnings->Flush();
     const bool isStopped = stats.sppReached < stats.spp;
+    if (!a.frame || (!isStopped && !failure)) // a frame's name stands for a whole picture
+        SavePicture(&picture, output, image);
     std::error_code ignored;
     if (!isStopped && !failure && partsWritten > 0)
         std::filesystem::remove(PartName(output), ignored);
@@ -344,15 +349,62 @@ void RunRender(const RenderArguments &a) {
     if (statistics)
         WriteJson(StatsJson(a, output, description, scene, image, seconds, stats), &*statistics);
     if (failure || isStopped)
-        TellWhatIsThere(output, stats, partsWritten > 0, failure);
+        TellWhatIsThere(a, output, stats, partsWritten > 0, failure);
     if (!a.quiet)
         TellTheEnd(output, image, scene, seconds, stats);
     if (stats.nanSamples > 0)
         throw ExitStatus{1};
 }
 
+// Renders the frames of an animation one by one. With --resume those whose pictures are there are done.
+void RenderFrames(const RenderArguments &a, std::optional<size_t> threads, WarningLog *warnings) {
+    constexpr const char *kExample = "frames/%04d.exr";
+    const FrameRange range = ParseFrameRange(a.frames);
+    if (a.output.empty())
+        throw Error("--frames needs -o, a name with a place for the number of a frame")
+            .WithRemedy("write it as in {}", kExample);
+    const FrameNames outputs(a.output, "picture", kExample);
+    std::optional<FrameNames> stats;
+    if (!a.stats.empty())
+        stats.emplace(a.stats, "statistics", "frames/%04d.json");
+    if (const std::string folder = std::filesystem::path(outputs.Of(0)).parent_path().string();
+        !folder.empty())
+        MakeFolder(folder);
+    size_t there = 0;
+    for (size_t frame = range.first; frame <= range.last; frame += range.step) {
+        RenderArguments one = a;
+        one.frame = frame, one.output = outputs.Of(frame);
+        one.stats = stats ? stats->Of(frame) : "";
+        if (a.resume && std::filesystem::exists(one.output)) {
+            ++there;
+            continue;
+        }
+        if (StopAsked()) {
+            Tell(fmt::format("stopped before frame {}; --resume goes on from it", frame));
+            throw ExitStatus{StopStatus()};
+        }
+        RenderPicture(one, threads, warnings);
+    }
+    if (!a.quiet && there > 0)
+        std::cout << fmt::format("{} frames were there already\n", there);
+}
+
+void RunRender(const RenderArguments &a) {
+    WarningLog warnings(a.strict);
+    const WarningScope scope(&warnings);
+    // --threads bounds parsing and building as well as rendering
+    std::optional<ThreadLimit> limit;
+    const std::optional<size_t> threads = ThreadsToUse(a.threads);
+    if (threads)
+        limit.emplace(*threads);
+    if (a.frames.empty())
+        return RenderPicture(a, threads, &warnings);
+    RenderFrames(a, threads, &warnings);
+}
+
 } // namespace
 
+// Long because: an option is a statement of some lines.
 void AddRenderCommand(CLI::App &app) {
     auto a = std::make_shared<RenderArguments>();
     CLI::App *c = app.add_subcommand("render", "Render a pbrt-v3 scene to a picture.");
@@ -360,6 +412,11 @@ void AddRenderCommand(CLI::App &app) {
     c->add_option("-o,--output,--outfile", a->output,
                   "picture to write, .exr or .png (default: the scene's Film filename, else SCENE.exr)")
         ->type_name("FILE");
+    c->add_option(
+         "--frames", a->frames,
+         "an animation: these frames, each to a name that -o has a place for (frames/%04d.exr); %04d in the "
+         "scene's strings is the frame's number too, and .usda files follow by their time samples")
+        ->type_name("FIRST:LAST[:STEP]");
     c->add_option("--spp", a->spp, "samples per pixel (default: the scene's Sampler)")
         ->check(CLI::Range(1, kMaxSamples))
         ->type_name("N");
@@ -390,8 +447,10 @@ void AddRenderCommand(CLI::App &app) {
          "(default: 60)")
         ->check(CLI::Range(0., 1e9))
         ->type_name("SECONDS");
-    c->add_flag("--resume", a->resume,
-                "go on from PICTURE.part, if it is there, to the same picture bit for bit");
+    c->add_flag(
+        "--resume", a->resume,
+        "go on from PICTURE.part, if it is there, to the same picture bit for bit; of an animation, leave "
+        "the frames as they are whose pictures are there");
     c->add_option("--stats", a->stats, "write times, counts and memory as JSON")->type_name("FILE.json");
     c->add_flag("--quick", a->quick, "a quarter of the resolution each way and of the samples");
     c->add_flag("-q,--quiet", a->quiet, "no progress and no closing line; warnings and errors stay");

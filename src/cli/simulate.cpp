@@ -7,11 +7,11 @@
 #include "core/parallel.h"
 #include "dynamics/recipe.h"
 #include "files/file.h"
+#include "files/frame_names.h"
 #include "grooms/hair_file.h"
 #include "grooms/usd_writer.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <fmt/format.h>
 #include <iostream>
@@ -29,35 +29,6 @@ struct SimulateArguments {
     bool manual = false, quiet = false;
 };
 
-// The name of a file for each frame: one place for the number, "%d" or "%04d" as of printf.
-class FrameNames {
-  public:
-    explicit FrameNames(const std::string &pattern) {
-        const size_t percent = pattern.find('%');
-        size_t end = percent == std::string::npos ? percent : percent + 1;
-        while (end < pattern.size() && std::isdigit(static_cast<unsigned char>(pattern[end])))
-            ++end;
-        const std::string digits =
-            percent == std::string::npos ? "" : pattern.substr(percent + 1, end - percent - 1);
-        if (percent == std::string::npos || end >= pattern.size() || pattern[end] != 'd' ||
-            pattern.find('%', end) != std::string::npos || digits.size() > 2)
-            throw Error("the output's name \"{}\" has no place for the number of a frame", pattern)
-                .WithRemedy("a .hair file holds one frame: frames/%04d.hair, or one .usda file for all");
-        before_ = pattern.substr(0, percent), after_ = pattern.substr(end + 1);
-        width_ = digits.empty() ? 0 : std::stoul(digits);
-        fill_ = digits.starts_with('0') ? '0' : ' ';
-    }
-    std::string Of(size_t frame) const {
-        const std::string number = std::to_string(frame);
-        return before_ + std::string(width_ - std::min(width_, number.size()), fill_) + number + after_;
-    }
-
-  private:
-    std::string before_, after_;
-    size_t width_ = 0;
-    char fill_ = ' ';
-};
-
 // Takes frames to where they are written.
 class FrameOutput {
   public:
@@ -65,7 +36,8 @@ class FrameOutput {
         if (output.ends_with(".usda")) {
             usd_.emplace(output, framesPerSecond);
         } else if (output.ends_with(".hair")) {
-            names_.emplace(output);
+            names_.emplace(output, "output",
+                           "frames/%04d.hair: a .hair file holds one frame, one .usda file all");
             const std::string folder = std::filesystem::path(names_->Of(0)).parent_path().string();
             if (!folder.empty())
                 MakeFolder(folder);

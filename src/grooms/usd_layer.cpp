@@ -2,6 +2,8 @@
 
 #include "core/error.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -260,13 +262,14 @@ class LayerReader {
     template <typename ReadOne>
     bool SampleAtTime(ReadOne readOne, UsdAttribute *attribute) {
         text_.Expect('{', "before time samples");
-        double best = 0;
+        double best = 0, earliest = INFINITY, latest = -INFINITY;
         for (bool first = true; !text_.Take('}'); first = false) {
             const size_t at = text_.At();
             const std::vector<double> time = text_.Numbers();
             if (time.size() != 1)
                 text_.Fail(at, "a sample's time was expected, one number");
             text_.Expect(':', "after a sample's time");
+            earliest = std::min(earliest, time[0]), latest = std::max(latest, time[0]);
             const bool nearer = time_ && time[0] <= *time_ && (best > *time_ || time[0] >= best);
             if (text_.Peek() != 'N' && (first || nearer)) {
                 readOne();
@@ -277,6 +280,10 @@ class LayerReader {
             if (text_.Peek() != '}')
                 text_.Expect(',', "between time samples");
         }
+        if (time_ && latest > earliest && !(*time_ >= earliest && *time_ <= latest))
+            Warning("time beyond the samples",
+                    fmt::format("{}: there are samples from time {} to {}; for {} the nearest is taken",
+                                name_, earliest, latest, *time_));
         if (attribute != nullptr)
             attribute->byTime = true;
         return true;

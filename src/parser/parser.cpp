@@ -68,9 +68,11 @@ class SceneParser {
 };
 
 SceneParser::SceneParser(const PluginTables &plugins, const ParseOptions &options, const std::string &folder)
-    : plugins_(plugins), options_(options), text_(folder), state_(&text_), params_(&text_, &state_.names),
+    : plugins_(plugins), options_(options), text_(folder, options.frame), state_(&text_),
+      params_(&text_, &state_.names),
       materials_(&text_, &state_, plugins.Find(PluginKind::Material), &scene_.materials),
       curves_(&text_, &state_, &scene_) {
+    scene_.frame = options.frame;
     const auto standard = [&](Entity *e, const char *type) {
         e->type = type;
         e->params.folder = text_.Folder();

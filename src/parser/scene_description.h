@@ -8,6 +8,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -110,7 +111,8 @@ struct SceneDescription {
     std::vector<UnevenCurves> unevenCurves;
     std::vector<ObjectDefinition> objects;
     std::vector<ObjectUse> instances;
-    size_t bytesRead = 0; // of scene text, decompressed
+    size_t bytesRead = 0;        // of scene text, decompressed
+    std::optional<size_t> frame; // of an animation, as of ParseOptions
 };
 
 class PluginTables;
@@ -122,6 +124,9 @@ struct ParseOptions {
     // Off: Shape "curve" statements go through the general parameter parser like any other, for tests and for
     // measurement; the result is the same bit for bit.
     bool fastCurves = true;
+    // The frame of an animation: its number stands in all strings of the scene, for "%d" or "%04d", and is
+    // the time code of files with time samples.
+    std::optional<size_t> frame = {};
 };
 
 // Reads a pbrt-v3 scene file (.pbrt or .pbrt.gz, decided by content) with everything it includes. Throws

@@ -2,6 +2,7 @@
 // place of them. Of no use outside of the parser.
 #pragma once
 
+#include "files/frame_names.h"
 #include "parser/lexer.h"
 #include "parser/param_set.h"
 
@@ -9,6 +10,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -22,8 +24,10 @@ namespace cuticle {
 // that is open or that ended in the directive under way.
 class SceneText {
   public:
-    // folder: of the top-level scene file, where the names of files are looked up.
-    explicit SceneText(const std::string &folder) : folder_(std::make_shared<const std::string>(folder)) {}
+    // folder: of the top-level scene file, where the names of files are looked up. frame: whose number all
+    // strings get in their places "%d" or "%04d"; none: strings stay as they are.
+    explicit SceneText(const std::string &folder, std::optional<size_t> frame = {})
+        : folder_(std::make_shared<const std::string>(folder)), frame_(frame) {}
 
     Token Next();
     const Token &Peek();
@@ -36,7 +40,11 @@ class SceneText {
     const std::shared_ptr<const std::string> &Folder() const { return folder_; }
     FileLoc Loc(const char *at) { return LexerOf(at).Loc(at); }
     FileLoc Loc(const Token &t) { return Loc(t.begin); }
-    std::string Unescape(const Token &string) { return LexerOf(string.begin).Unescape(string); }
+    // Returns what a string says.
+    std::string Unescape(const Token &string) {
+        const std::string text = LexerOf(string.begin).Unescape(string);
+        return frame_ ? WithFrameNumber(text, *frame_) : text;
+    }
     [[noreturn]] void Fail(const char *at, const std::string &message) { LexerOf(at).Fail(at, message); }
     [[noreturn]] void Fail(const Token &at, const std::string &message) { Fail(at.begin, message); }
     template <class At, typename Arg, typename... Args>
@@ -97,6 +105,7 @@ class SceneText {
     Lexer &LexerOf(const char *at);
 
     std::shared_ptr<const std::string> folder_;
+    std::optional<size_t> frame_;
     std::vector<File> files_, ended_; // ended_: in the directive under way
     std::vector<std::pair<std::string, const char *>> paramPlaces_;
     static constexpr size_t kMaxListed = 20; // names in a suggestion

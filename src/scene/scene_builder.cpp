@@ -145,7 +145,7 @@ class SceneBuilder {
                 .WithRemedy(Suggestion(shape.type, names.data(), names.size()));
         }
         if (const auto *makeStrands = std::get_if<StrandMaker>(&row->make))
-            AddStrands(shape, (*makeStrands)(shape.params), shapes);
+            AddStrands(shape, (*makeStrands)(shape.params, description_.frame), shapes);
         else if (std::holds_alternative<std::monostate>(row->make))
             LeaveOut(shape, row->info.standIn);
         else

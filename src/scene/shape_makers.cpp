@@ -177,12 +177,14 @@ uint32_t AddHyperboloid(const ShapeEntity &shape, SolidSet *solids, uint32_t id)
 // --- strands ------------------------------------------------------------------------------------------
 
 // Grows Shape "groom", whose parameters are the table that the command line has too.
-StrandShape MakeGroomShape(const ParamSet &p) { return {MakeGroom(GroomParamsOf(p)), {}}; }
+StrandShape MakeGroomShape(const ParamSet &p, std::optional<size_t>) {
+    return {MakeGroom(GroomParamsOf(p)), {}};
+}
 
 constexpr int kMaxSegmentsPerStrand = 10000;
 
 // Reads Shape "hairfile": the strands of a file.
-StrandShape MakeHairFile(const ParamSet &p) {
+StrandShape MakeHairFile(const ParamSet &p, std::optional<size_t> frame) {
     StrandShape made;
     SegmentOptions &options = made.segments;
     made.widthScale = p.FindFloat("widthscale", 1);
@@ -199,6 +201,8 @@ StrandShape MakeHairFile(const ParamSet &p) {
     std::optional<double> time;
     if (p.Find("time"))
         time = static_cast<double>(p.FindFloat("time", 0));
+    else if (frame)
+        time = static_cast<double>(*frame);
     made.groom = ReadGroomFile(RequiredFilename(p), {width, static_cast<size_t>(pointsPerStrand), time});
     if (const std::string name = p.FindString("spline", ""); !name.empty()) {
         options.spline = StrandSplineByName(name);
@@ -303,7 +307,9 @@ constexpr ParamInfo kHairFileParams[] = {
     {"segments", "integer", "", "0", "curve segments a strand, resampled; 0: as the file has them", 0,
      kMaxSegmentsPerStrand},
     ChoiceParam("spline", kStrandSplines, "how points are joined", "the file's"),
-    {"time", "float", "time code", "the first", "of a .usda file's time samples, the last that is no later"},
+    {"time", "float", "time code", "the frame, or the first",
+     "of a .usda file's time samples, the last that is no later; without it, in an animation, the number of "
+     "the frame"},
 };
 constexpr ParamInfo kGroomHeadParams[] = {
     {"spacing", "float", "cm", "0.3", "distance of neighbouring vertices"},

@@ -6,6 +6,7 @@
 #include "parser/scene_description.h"
 #include "shapes/solid_set.h"
 
+#include <optional>
 #include <string_view>
 #include <variant>
 
@@ -24,7 +25,8 @@ using MeshMaker = TriangleMesh (*)(const ShapeEntity &shape);
 // Adds a quadric to *solids and returns its geometry id. solids null: only reads the parameters (the shape is
 // invisible) and returns 0.
 using QuadricMaker = uint32_t (*)(const ShapeEntity &shape, SolidSet *solids, uint32_t shapeId);
-using StrandMaker = StrandShape (*)(const ParamSet &params);
+// frame: of an animation, whose number is the time code of files with time samples.
+using StrandMaker = StrandShape (*)(const ParamSet &params, std::optional<size_t> frame);
 // std::monostate: no maker. "curve" is made by the parser, "nurbs" is not rendered.
 using ShapeMaker = std::variant<std::monostate, MeshMaker, QuadricMaker, StrandMaker>;
 

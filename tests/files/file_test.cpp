@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "files/frame_names.h"
 #include "files/gzip.h"
 #include "files/inputs.h"
 #include "message_of.h"
@@ -340,4 +341,30 @@ TEST_F(FileTest, InputFileReadsPlainAndPacked) {
               "error: \"no such\": cannot open the file: No such file or directory");
     EXPECT_NE(MessageOf([&] { InputFile("/dev/null", "the file"); }).find("a device or a pipe"),
               std::string::npos);
+}
+
+TEST(FrameNames, HaveOnePlace) {
+    const auto name = [](const char *pattern, size_t frame) {
+        return FrameNames(pattern, "output", "f%d.exr").Of(frame);
+    };
+    EXPECT_EQ(name("f/%04d.exr", 7), "f/0007.exr");
+    EXPECT_EQ(name("f/%04d.exr", 123456), "f/123456.exr");
+    EXPECT_EQ(name("%d", 0), "0");
+    EXPECT_EQ(name("a%3db", 7), "a  7b");
+    EXPECT_EQ(name("100%.%02d", 3), "100%.03") << "a percent sign that no d follows stays";
+    for (const char *pattern : {"f.exr", "", "%", "%123d", "%x", "%4"})
+        EXPECT_NE(MessageOf([&] { name(pattern, 0); }).find("no place"), std::string::npos) << pattern;
+    EXPECT_NE(MessageOf([&] { name("%d/%d", 0); }).find("two places"), std::string::npos);
+    EXPECT_EQ(WithFrameNumber("%d/%03d/%s", 5), "5/005/%s");
+}
+
+TEST_F(FileTest, FramesThatAreThereAreFoundByTheirNames) {
+    for (const char *file :
+         {"f07.png", "f12.png", "f103.png", "f7.png", "f013.png", "g08.png", "f09.pngx", "f.png", "f-1.png"})
+        Write(file, "x");
+    EXPECT_EQ(FrameNames(Path("f%02d.png"), "picture", "f%d.exr").Existing(),
+              (std::vector<size_t>{7, 12, 103}));
+    EXPECT_EQ(FrameNames(Path("f%d.png"), "picture", "f%d.exr").Existing(),
+              (std::vector<size_t>{7, 12, 103}));
+    EXPECT_TRUE(FrameNames(Path("no/f%d.png"), "picture", "f%d.exr").Existing().empty());
 }

@@ -212,7 +212,7 @@ FigureData Petrovic5(const FigureOptions &options) {
     constexpr std::array names = {"petrovic-5-a", "petrovic-5-b", "petrovic-5-c"};
     for (size_t i = 0; i < 3; ++i)
         AddPanel(&data, titles[i],
-                 RenderHead(names[i], quality, "45 2 -95  7 -5 0", {},
+                 RenderHead(names[i], quality, "50 2 -104  4 -6 0", {},
                             HairText(shapes[i], "\"float eumelanin\" 0.35 \"float pheomelanin\" 0.3",
                                      [](size_t) { return true; })));
     data.note = fmt::format(
