@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -579,6 +580,8 @@ class CommandLine(ProgramCase):
         first, last = [re.search(r'"point P" \[([^\]]*)', (self.path / f).read_text())[1].split()[:3] for f in ["a.pbrt", "b.pbrt"]]
         self.assertEqual(first, last)
         self.assertIn("`bending`", self.ok("simulate", "--manual").stdout)
+        self.ok("simulate", "r.recipe", "-q", "--keys", "-o", "k/%d.hair")
+        self.assertLess((self.path / "k" / "6.hair").stat().st_size, (self.path / "frames" / "006.hair").stat().st_size)
 
     def test_mistakes_in_a_recipe(self):
         self.scene(self.RECIPE.replace("Obstacle", "Obstakle"), "bad.recipe")
@@ -603,6 +606,35 @@ class CommandLine(ProgramCase):
             self.assertGreater(kept, 1)
         self.assertEqual(self.ok("groom", "from", "a.usda", "--time", str(kept - 1), "-q", "-o", "b.pbrt").stdout, "")
         self.assertTrue((self.path / "f" / "00001.hair").exists())
+
+    def test_a_stopped_simulation_goes_on_to_the_same_frames(self):
+        self.scene(self.RECIPE.replace("0.25", "20"), "r.recipe")  # 481 frames
+        command = ["simulate", "r.recipe", "-o", "f/%03d.hair", "--head", "f/head-%03d.pbrt"]
+        process = subprocess.Popen([PROGRAM, *command], cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        while not (self.path / "f" / "020.hair").exists():
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130)
+        self.assertIn("--resume goes on from f/simulation.part", errors)
+        state = (self.path / "f" / "simulation.part").read_bytes()
+        self.scene(self.RECIPE.replace("0.25", "19"), "other.recipe")
+        self.fails("simulate", "other.recipe", *command[2:], "--resume", says=["simulation.part", "another recipe"])
+        (self.path / "f" / "simulation.part").write_bytes(state[:-1])
+        self.fails(*command, "--resume", says="simulation.part")
+        (self.path / "f" / "simulation.part").write_bytes(state)
+        first = (self.path / "f" / "010.hair").stat().st_mtime_ns
+        self.ok(*command, "--resume")
+        self.assertEqual((self.path / "f" / "010.hair").stat().st_mtime_ns, first)
+        self.assertFalse((self.path / "f" / "simulation.part").exists())
+        self.ok(*[word.replace("f/", "g/") for word in command])
+        names = sorted(p.name for p in (self.path / "g").iterdir())
+        self.assertEqual(len(names), 2 * 481)
+        self.assertEqual(sorted(p.name for p in (self.path / "f").iterdir()), names)
+        for name in names:
+            self.assertEqual((self.path / "f" / name).read_bytes(), (self.path / "g" / name).read_bytes(), name)
+        self.assertIn("ConcatTransform", (self.path / "f" / "head-004.pbrt").read_text())
+        self.fails("simulate", "r.recipe", "-o", "a.usda", "--resume", says=["one file for all", "%04d.hair"])
 
     # A sphere whose place comes from a file of its own in each frame, and hair of both kinds of files.
     ANIMATION = ('Film "image" "integer xresolution" 8 "integer yresolution" 8\nSampler "sobol" "integer pixelsamples" 4\n'
@@ -664,6 +696,61 @@ class CommandLine(ProgramCase):
         for name in ["0.exr", "1.exr", "3.exr"]:
             self.assertEqual(self.ok("compare", "whole.exr", f"f/{name}", "--json").stdout.count('"mse": 0.0'), 1, name)
         self.assertEqual(sorted(f.name for f in (self.path / "f").iterdir()), [f"{i}.exr" for i in range(4)])
+
+    def stand_in(self, script):
+        """Puts a program called ffmpeg before all others; returns the environment in which it is found."""
+        (self.path / "bin").mkdir(exist_ok=True)
+        (self.path / "bin" / "ffmpeg").write_text(f"#!/bin/sh\n{script}\n")
+        (self.path / "bin" / "ffmpeg").chmod(0o755)
+        return {**os.environ, "PATH": f"{self.path}/bin:{os.environ['PATH']}"}
+
+    def test_a_video_of_frames(self):
+        self.scene(self.ANIMATION + 'Shape "sphere" "float radius" 9\nWorldEnd\n', "ball.pbrt")
+        self.ok("render", "ball.pbrt", "--frames", "0:4:2", "-o", "f %d;.exr")
+        # The program gets its words one by one, and the pixels of all frames
+        env = self.stand_in('printf "%s\\n" "$@" > words; cat > pixels; printf video')
+        run = self.ok("convert", "f %d;.exr", "-o", "a;b 'c.mp4", "--fps", "12.5", "--crf", "30", env=env)
+        self.assertIn("8 x 8, 3 frames, 0.2 s", run.stdout)
+        words = (self.path / "words").read_text().split("\n")
+        for option, value in [("-s", "8x8"), ("-framerate", "12.5"), ("-crf", "30"), ("-f", "rawvideo")]:
+            self.assertEqual(words[words.index(option) + 1], value)
+        self.assertEqual((self.path / "a;b 'c.mp4").read_bytes(), b"video")
+        self.ok("convert", "f 0;.exr", "f.png")
+        pixels = (self.path / "pixels").read_bytes()
+        self.assertEqual(len(pixels), 3 * 8 * 8 * 3)
+        self.assertEqual(pixels[:192], pixels[192:384], "the ball stands still")
+        self.assertGreater(len(set(pixels)), 4)
+        self.assertIn("2 frames", self.ok("convert", "f %d;.exr", "b.mp4", "--frames", "2:4:2", env=env).stdout)
+        # What goes wrong is said, and no video is left
+        self.fails("convert", "g%d.exr", "c.mp4", says="no picture with a name like")
+        self.fails("convert", "f %d;.exr", "c.mp4", "--frames", "0:4", says=["frame 1 is missing", "f 1;.exr"])
+        self.fails("convert", "f 0;.exr", "c.mp4", says=["no place", "%04d.exr"])
+        self.fails("convert", "f 0;.exr", "c.png", "--frames", "0:1", says=".mp4")
+        self.fails("convert", "f %d;.exr", "c.mp4", env=self.stand_in("echo no such codec >&2; exit 1"), says="no such codec")
+        self.fails("convert", "f %d;.exr", "c.mp4", env={**env, "PATH": str(self.path)}, says=["ffmpeg", "install"])
+        (self.path / "f 2;.exr").unlink()
+        self.fails("convert", "f %d;.exr", "c.mp4", "--frames", "0:4:2", env=env, says="frame 2 is missing")
+        self.assertFalse((self.path / "c.mp4").exists())
+
+    def test_a_stop_ends_the_maker_of_a_video(self):
+        self.ok("render", "scene.pbrt", "--frames", "0:1", "-o", "f%d.exr", "--quick")
+        env = self.stand_in("echo $$ > started; exec sleep 300")
+        process = subprocess.Popen([PROGRAM, "convert", "f%d.exr", "a.mp4"], cwd=self.path, env=env, stdout=subprocess.DEVNULL)
+        while not (self.path / "started").exists() or not (self.path / "started").read_text().strip():
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(timeout=20), 130)
+        self.assertFalse((self.path / "a.mp4").exists())
+        child = int((self.path / "started").read_text())
+        self.assertFalse(pathlib.Path(f"/proc/{child}/cmdline").exists(), "it was ended, too")
+
+    @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg here")
+    def test_a_video_by_the_real_program(self):
+        self.ok("render", "scene.pbrt", "--frames", "0:2", "-o", "f%d.exr", "--quick")
+        self.ok("convert", "f%d.exr", "a.mp4")
+        video = (self.path / "a.mp4").read_bytes()
+        self.assertEqual(video[4:8], b"ftyp")
+        self.assertLess(video.find(b"moov"), video.find(b"mdat"), "what a player needs stands in front")
 
     def test_isa_is_chosen_by_the_environment(self):
         for isa in ["sse2", "avx2"]:

@@ -4,10 +4,12 @@
 #include "cli/terminal_progress.h"
 #include "core/clock.h"
 #include "core/error.h"
+#include "core/isa.h"
 #include "core/parallel.h"
 #include "dynamics/recipe.h"
 #include "files/file.h"
 #include "files/frame_names.h"
+#include "files/inputs.h"
 #include "grooms/hair_file.h"
 #include "grooms/usd_writer.h"
 
@@ -24,10 +26,52 @@ namespace cuticle {
 namespace {
 
 struct SimulateArguments {
-    std::string recipe, output;
+    std::string recipe, output, head;
     size_t threads = 0; // 0: all
-    bool manual = false, quiet = false;
+    bool manual = false, quiet = false, keys = false, resume = false;
 };
+
+// Keeps the state of a simulation that was stopped beside its frames, and reads it again. A state belongs to
+// what it was made from: recipe and files, program, kernels.
+class StateFile {
+  public:
+    // frames: the name of any frame; `inputs` has all files that were read.
+    StateFile(const std::string &frames, const InputLog &inputs, const SimulateArguments &a)
+        : name_((std::filesystem::path(frames).parent_path() / "simulation.part").string()),
+          made_(fmt::format("cuticle simulate {} {} {}\n", CUTICLE_VERSION, IsaName(ChooseIsa()),
+                            inputs.Digest(std::filesystem::path(a.recipe).parent_path().string()))) {}
+    void Write(const HairSimulation &simulation) const {
+        WriteFileAtomically(name_, made_ + simulation.State());
+    }
+    // Whether there is one, which is then the simulation's. Throws Error for that of another.
+    bool Read(HairSimulation *simulation) const {
+        if (!std::filesystem::exists(name_))
+            return false;
+        const InputScope unnoted(nullptr);
+        const std::string bytes = ReadFile(name_, "the state of the simulation");
+        if (!bytes.starts_with(made_) || !simulation->SetState(std::string_view(bytes).substr(made_.size())))
+            throw Error("\"{}\" was left by another recipe, by other hair, or on another processor", name_)
+                .WithRemedy("remove it to begin anew");
+        return true;
+    }
+    void Remove() const {
+        std::error_code ignored;
+        std::filesystem::remove(name_, ignored);
+    }
+    const std::string &Name() const { return name_; }
+
+  private:
+    std::string name_, made_;
+};
+
+// The place of a head as a statement of scenes.
+std::string TransformText(const Pose &pose) {
+    std::string text =
+        "# where the head stands in this frame: for Include before Shape \"groomhead\"\nConcatTransform [";
+    for (const Vector3d &column : {pose.x, pose.y, pose.z})
+        text += fmt::format("{} {} {} 0  ", column.x, column.y, column.z);
+    return text + fmt::format("{} {} {} 1]\n", pose.origin.x, pose.origin.y, pose.origin.z);
+}
 
 // Takes frames to where they are written.
 class FrameOutput {
@@ -48,6 +92,8 @@ class FrameOutput {
                 output);
         }
     }
+    // The names of the frames; null for one file.
+    const FrameNames *Names() const { return names_ ? &*names_ : nullptr; }
     void Add(size_t frame, const Groom &groom) {
         if (usd_)
             usd_->AddFrame(frame, groom);
@@ -65,7 +111,7 @@ class FrameOutput {
 };
 
 void Summarise(const SimulateArguments &a, const HairSimulation &simulation, size_t frames,
-               const StepReport &worst, double cpuSeconds) {
+               const StepReport &worst, double cpuOfAFrame) {
     if (worst.recovered > 0)
         Warning(
             "strands that were stopped",
@@ -79,8 +125,7 @@ void Summarise(const SimulateArguments &a, const HairSimulation &simulation, siz
         "{}: {} frames, {} key hairs of {} points, {} steps a frame, {:.0f} ms of CPU a frame; "
         "lengths within {:.1e}, obstacles kept out to {:.1e} cm\n",
         a.output, frames, simulation.Keys().StrandCount(), simulation.Keys().PointCount(),
-        simulation.Substeps(), frames > 1 ? 1000 * cpuSeconds / static_cast<double>(frames - 1) : 0,
-        worst.stretch, worst.penetration);
+        simulation.Substeps(), 1000 * cpuOfAFrame, worst.stretch, worst.penetration);
 }
 
 void RunSimulate(const SimulateArguments &a) {
@@ -91,32 +136,60 @@ void RunSimulate(const SimulateArguments &a) {
     if (a.recipe.empty() || a.output.empty())
         throw Error("a simulation needs a recipe and -o OUTPUT")
             .WithRemedy("cuticle simulate --help shows how");
+    InputLog inputs;
+    const InputScope noted(&inputs);
     SimulationRecipe recipe = ReadSimulationRecipe(a.recipe);
     const size_t frames = recipe.FrameCount();
     FrameOutput output(a.output, recipe.settings.framesPerSecond);
+    std::optional<FrameNames> heads;
+    if (!a.head.empty())
+        heads.emplace(a.head, "head's", "frames/head-%04d.pbrt");
+    if (heads)
+        if (const auto folder = std::filesystem::path(a.head).parent_path(); !folder.empty())
+            MakeFolder(folder.string());
+    std::optional<StateFile> state;
+    if (output.Names() != nullptr)
+        state.emplace(output.Names()->Of(0), inputs, a);
+    else if (a.resume)
+        throw Error("--resume goes on with files of frames, and \"{}\" is one file for all", a.output)
+            .WithRemedy("write to frames/%04d.hair");
     CatchStops();
     OnThreads(a.threads, [&] {
         HairSimulation simulation(std::move(recipe.groom), std::move(recipe.obstacle), recipe.settings);
+        const auto write = [&] {
+            output.Add(simulation.FrameNumber(), a.keys ? simulation.KeyFrame() : simulation.Frame());
+            if (heads)
+                WriteFileAtomically(heads->Of(simulation.FrameNumber()),
+                                    TransformText(simulation.HeadPose()));
+        };
         StepReport worst;
         double cpu = 0;
-        size_t done = 0;
+        size_t made = 0;
         {
             TerminalProgress progress("Simulating");
-            output.Add(done++, simulation.Frame());
-            while (done < frames && !StopAsked()) {
+            if (!(a.resume && state->Read(&simulation)))
+                write();
+            while (simulation.FrameNumber() + 1 < frames && !StopAsked()) {
                 const double start = ProcessCpuSeconds();
                 worst.Join(simulation.NextFrame());
                 cpu += ProcessCpuSeconds() - start;
-                output.Add(done++, simulation.Frame());
-                progress.Report(done, frames);
+                ++made;
+                write();
+                progress.Report(simulation.FrameNumber() + 1, frames);
             }
             output.Finish();
         }
-        Summarise(a, simulation, done, worst, cpu);
+        const size_t done = simulation.FrameNumber() + 1;
+        Summarise(a, simulation, done, worst, cpu / static_cast<double>(std::max<size_t>(made, 1)));
         if (done < frames) {
-            std::cerr << fmt::format("stopped after {} of {} frames, which are kept\n", done, frames);
+            if (state)
+                state->Write(simulation);
+            std::cerr << fmt::format("stopped after {} of {} frames, which are kept{}\n", done, frames,
+                                     state ? "; --resume goes on from " + state->Name() : "");
             throw ExitStatus{StopStatus()};
         }
+        if (state)
+            state->Remove();
     });
 }
 
@@ -131,6 +204,11 @@ void AddSimulateCommand(CLI::App &app) {
          "-o,--output", a->output,
          "where to write: frames/%04d.hair (a file for each frame) or a .usda file with time samples")
         ->type_name("FILE");
+    c->add_option("--head", a->head,
+                  "also write where the head stands, for a scene's Include: frames/head-%04d.pbrt")
+        ->type_name("FILE");
+    c->add_flag("--keys", a->keys, "write the key hairs alone, which are simulated, not those that follow");
+    c->add_flag("--resume", a->resume, "go on where a stopped simulation left its state, beside its frames");
     c->add_flag("--manual", a->manual, "print every statement of a recipe and its parameters, in Markdown");
     c->add_option("--threads", a->threads, "how many threads to use; 0: all [0]")->check(CLI::Range(0, 4096));
     c->add_flag("-q,--quiet", a->quiet, "print nothing but errors and warnings");

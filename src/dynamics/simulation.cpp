@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace cuticle {
@@ -190,6 +191,36 @@ void HairSimulation::SetForces(double time) {
                 set_.SetForce(s, i, settings_.gravity + push, drag, {});
             }
     });
+}
+//<
+
+//> Show the key hairs alone
+Groom HairSimulation::KeyFrame() const {
+    Groom keys;
+    for (size_t s = 0; s < set_.StrandCount(); ++s) {
+        for (size_t i = 0; i < set_.PointCount(); ++i)
+            keys.points.push_back(Point3f(set_.Position(s, i)));
+        keys.strandOffsets.push_back(static_cast<uint32_t>(keys.points.size()));
+        const size_t hair = keys_[s];
+        keys.strandWidths.push_back({groom_.Width(hair, 0), groom_.Width(hair, groom_.PointCount(hair) - 1)});
+    }
+    return keys;
+}
+//<
+
+//> Go on from a state
+std::string HairSimulation::State() const {
+    const auto frame = static_cast<uint64_t>(frame_);
+    return std::string(reinterpret_cast<const char *>(&frame), sizeof frame) + set_.State();
+}
+bool HairSimulation::SetState(std::string_view bytes) {
+    uint64_t frame = 0;
+    if (bytes.size() < sizeof frame || !set_.SetState(bytes.substr(sizeof frame)))
+        return false;
+    std::memcpy(&frame, bytes.data(), sizeof frame);
+    frame_ = frame;
+    pose_ = settings_.motion.At(Time());
+    return true;
 }
 //<
 

@@ -11,6 +11,8 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace cuticle {
@@ -96,8 +98,16 @@ class HairSimulation {
     StepReport NextFrame();
     // The energy of equation 3 between the key hairs and their target, on a lattice of this cell (cm).
     double TargetEnergy(double cell) const;
-    // All hairs as they are now.
+    // All hairs as they are now; the key hairs alone, as wide as the groom's hairs are at their roots.
     Groom Frame() const;
+    Groom KeyFrame() const;
+    // Returns where the head stands now.
+    const Pose &HeadPose() const { return pose_; }
+    // State returns what the frames to come depend on, as bytes of this machine. SetState takes that of a
+    // simulation that was made alike, and is then at its frame; false, and nothing is changed, for other
+    // bytes.
+    std::string State() const;
+    bool SetState(std::string_view bytes);
 
     const KeyStrands &Keys() const { return set_; }
     KeyStrands *MutableKeys() { return &set_; }

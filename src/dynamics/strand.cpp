@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <type_traits>
 
 namespace cuticle {
 
@@ -459,6 +461,39 @@ StepReport KeyStrands::Step(double dt, const Pose &pose, const Obstacle &obstacl
     for (const StepReport &report : reports)
         all.Join(report);
     return all;
+}
+//<
+
+//> Keep the state, to go on from it
+template <class Self, class Visit>
+void KeyStrands::VisitState(Self *self, const Visit &visit) {
+    const auto all = [&](auto &array) {
+        static_assert(std::is_trivially_copyable_v<std::remove_reference_t<decltype(array[0])>>);
+        visit(array.data(), array.size() * sizeof(array[0]));
+    };
+    all(self->x_), all(self->v_), all(self->xBefore_), all(self->vBefore_), all(self->director_);
+    all(self->normalStiffness_), all(self->tangentStiffness_), all(self->normal_), all(self->contactForce_);
+    all(self->contacts_);
+    visit(&self->lastPose_, sizeof self->lastPose_);
+    visit(&self->lastDt_, sizeof self->lastDt_);
+    visit(&self->clearanceKnown_, sizeof self->clearanceKnown_);
+}
+std::string KeyStrands::State() const {
+    std::string bytes;
+    VisitState(this,
+               [&](const void *from, size_t size) { bytes.append(static_cast<const char *>(from), size); });
+    return bytes;
+}
+bool KeyStrands::SetState(std::string_view bytes) {
+    size_t size = 0;
+    VisitState(this, [&](void *, size_t n) { size += n; });
+    if (bytes.size() != size)
+        return false;
+    VisitState(this, [&](void *to, size_t n) {
+        std::memcpy(to, bytes.data(), n);
+        bytes.remove_prefix(n);
+    });
+    return true;
 }
 //<
 

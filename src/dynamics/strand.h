@@ -10,6 +10,8 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace cuticle {
@@ -87,6 +89,11 @@ class KeyStrands {
 
     static constexpr size_t kMaxRounds = 200; // of pushing points out and mending lengths, in a step
 
+    // All that a step changes, as bytes of this machine: to go on later, to the same bits. SetState takes
+    // the State of strands that were made alike; false, and nothing is changed, where the sizes differ.
+    std::string State() const;
+    bool SetState(std::string_view bytes);
+
     // Energy of motion, per mass a length (cm^3/s^2); and of bending and twist.
     double KineticEnergy() const;
     double ElasticEnergy() const;
@@ -96,6 +103,9 @@ class KeyStrands {
   private:
     using Vectors = std::vector<Vector3<Octet>>;
     using Numbers = std::vector<Octet>;
+    // Calls visit(pointer, bytes) for everything that a step changes.
+    template <class Self, class Visit>
+    static void VisitState(Self *self, const Visit &visit);
     static Vector3d Get(const Vectors &a, size_t n, size_t strand, size_t i);
     static void Set(Vectors *a, size_t n, size_t strand, size_t i, const Vector3d &v);
     static double Get(const Numbers &a, size_t n, size_t strand, size_t i) {

@@ -60,4 +60,8 @@ void WriteImage(const std::string &filename, const Image &image);
 // The bytes of the file that WriteImage would write.
 std::string EncodeImage(const std::string &filename, const Image &image);
 
+// R, G and B of every pixel, row by row from the top, clamped to [0, 1], as sRGB in 8 bits each. A pixel
+// that is not a number is magenta, so that it is seen.
+std::string EncodeSRGB8(const Image &image);
+
 } // namespace cuticle

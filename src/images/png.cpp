@@ -162,25 +162,30 @@ Image ReadPNG(const std::string &filename, const std::string &bytes, bool decode
     return image;
 }
 
+std::string EncodeSRGB8(const Image &image) {
+    std::string bytes;
+    bytes.reserve(3 * image.Pixels());
+    for (size_t y = 0; y < static_cast<size_t>(image.height); ++y)
+        for (size_t x = 0; x < static_cast<size_t>(image.width); ++x) {
+            Spectrum rgb = image.RGB(x, y);
+            if (rgb.HasNaNs())
+                rgb = {1, 0, 1};
+            for (size_t c = 0; c < 3; ++c)
+                bytes += static_cast<char>(std::lround(255 * LinearToSRGB(std::clamp(rgb[c], 0.f, 1.f))));
+        }
+    return bytes;
+}
+
 std::string EncodePNG(const std::string &filename, const Image &image) {
     PNGState state;
     state.width = static_cast<png_uint_32>(image.width),
     state.height = static_cast<png_uint_32>(image.height);
 
-    // Encode to 8-bit sRGB; a pixel that is not a number shows magenta, so that it is seen
+    const std::string bytes = EncodeSRGB8(image);
     const size_t rowBytes = size_t{3} * state.width;
-    state.pixels.resize(rowBytes * state.height);
-    for (size_t y = 0; y < state.height; ++y) {
-        png_byte *row = state.pixels.data() + y * rowBytes;
-        state.rows.push_back(row);
-        for (size_t x = 0; x < state.width; ++x) {
-            Spectrum rgb = image.RGB(x, y);
-            if (rgb.HasNaNs())
-                rgb = {1, 0, 1};
-            for (size_t c = 0; c < 3; ++c)
-                *row++ = static_cast<png_byte>(std::lround(255 * LinearToSRGB(std::clamp(rgb[c], 0.f, 1.f))));
-        }
-    }
+    state.pixels.assign(bytes.begin(), bytes.end());
+    for (size_t y = 0; y < state.height; ++y)
+        state.rows.push_back(state.pixels.data() + y * rowBytes);
 
     state.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, OnPNGError, OnPNGWarning);
     if (!state.png)

@@ -98,6 +98,31 @@ TEST(Simulations, ThreadsDoNotMatter) {
     }
 }
 
+// In the middle of a motion, with contacts and all couplings: a new simulation goes on to the same bits.
+TEST(Simulations, GoOnFromAStateToTheSameBits) {
+    SimulationSettings settings = ShakenHead(40);
+    settings.coupling.drag = 30, settings.coupling.flip = 0.5;
+    settings.wind.velocity = {100, 0, 50};
+    const auto make = [&] { return HairSimulation(SmallHead("curly", 60), MakeHead(), settings); };
+    HairSimulation whole = make();
+    for (int frame = 0; frame < 6; ++frame)
+        whole.NextFrame();
+    const std::string state = whole.State();
+    for (int frame = 0; frame < 5; ++frame)
+        whole.NextFrame();
+    HairSimulation second = make();
+    ASSERT_TRUE(second.SetState(state));
+    EXPECT_EQ(second.FrameNumber(), 6u);
+    for (int frame = 0; frame < 5; ++frame)
+        second.NextFrame();
+    EXPECT_EQ(second.State(), whole.State());
+    EXPECT_EQ(second.Frame().points, whole.Frame().points);
+    EXPECT_FALSE(second.SetState(state.substr(1)));
+    EXPECT_FALSE(second.SetState(""));
+    EXPECT_EQ(second.FrameNumber(), 11u);
+    EXPECT_EQ(whole.KeyFrame().StrandCount(), whole.Keys().StrandCount());
+}
+
 TEST(Simulations, ARestingHeadStaysAtRest) {
     SimulationSettings settings;
     settings.keyHairs = 100;
