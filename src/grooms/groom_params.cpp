@@ -17,7 +17,43 @@ namespace cuticle {
 namespace {
 
 constexpr std::array<std::string_view, 4> kKinds{"head", "fur-ball", "hair-cube", "ball"};
-constexpr std::array<std::string_view, 3> kStyles{"straight", "wavy", "curly"};
+
+// To add one: a row here; a new way to comb is a case of HeadSource::Grow (head_source.cpp).
+constexpr HeadStyleInfo kStyles[] = {
+    {"straight", "long, straight, parted", Comb::Part, false, 0.45f, 0.24f, [](GroomParams *) {}},
+    {"wavy", "long waves, parted", Comb::Part, true, 0.45f, 0.24f,
+     [](GroomParams *p) {
+         p->clump = 0.7f;
+         p->wispClump = 0.7f;
+         p->curlRadius = 0.55f;
+         p->curlLength = 8;
+         p->frizz = 0.06f;
+         p->flyaways = 0.03f;
+         p->volume = 1.6f;
+         p->length = 38;
+     }},
+    {"curly", "curls of a finger's width", Comb::Part, false, 0.85f, 0.16f,
+     [](GroomParams *p) {
+         p->length = 30;
+         p->lengthVariation = 0.3f;
+         p->locks = 900;
+         p->clump = 0.85f;
+         p->wisps = 5000;
+         p->wispClump = 0.8f;
+         p->curlRadius = 0.7f;
+         p->curlLength = 4.6f;
+         p->frizz = 0.05f;
+         p->flyaways = 0.035f;
+         p->volume = 2.0f;
+         p->level = 0.35f;
+     }},
+};
+constexpr auto kStyleNames = [] {
+    std::array<std::string_view, std::size(kStyles)> names{};
+    for (size_t i = 0; i < names.size(); ++i)
+        names[i] = kStyles[i].name;
+    return names;
+}();
 
 constexpr GroomParamInfo kTable[] = {
     {"strands", &GroomParams::strands, 1, 2e7, "all",
@@ -37,6 +73,10 @@ constexpr GroomParamInfo kTable[] = {
      "number of guide hairs, each the middle of a lock"},
     {"clump", &GroomParams::clump, 0, 1, "head fur-ball",
      "how far the hairs of a lock draw together toward the tip"},
+    {"wisps", &GroomParams::wisps, 1, 1000000, "head fur-ball",
+     "number of wisps that the locks divide into, no more than strands"},
+    {"wisp_clump", &GroomParams::wispClump, 0, 1, "head fur-ball",
+     "how far the hairs of a wisp draw together toward the tip"},
     {"curl_radius", &GroomParams::curlRadius, 0, 20, "head fur-ball",
      "radius of the curls, half the width of waves (cm)"},
     {"curl_length", &GroomParams::curlLength, 0.1, 200, "head fur-ball",
@@ -97,7 +137,16 @@ bool GroomReads(std::string_view kind, const GroomParamInfo &info) {
 std::span<const GroomParamInfo> GroomParamTable() { return kTable; }
 std::span<const GroomColorInfo> GroomColorTable() { return kColors; }
 std::span<const std::string_view> GroomKinds() { return kKinds; }
-std::span<const std::string_view> HeadStyles() { return kStyles; }
+std::span<const HeadStyleInfo> HeadStyleTable() { return kStyles; }
+std::span<const std::string_view> HeadStyles() { return kStyleNames; }
+
+const HeadStyleInfo &FindHeadStyle(std::string_view name) {
+    const auto *found = std::find_if(std::begin(kStyles), std::end(kStyles),
+                                     [&](const HeadStyleInfo &style) { return style.name == name; });
+    if (found == std::end(kStyles))
+        throw Error("unknown style of a head \"{}\"; the styles are {}", name, Choices(kStyleNames));
+    return *found;
+}
 
 GroomParams MakeGroomParams(std::string_view kind, std::string_view style) {
     GroomParams p;
@@ -109,28 +158,8 @@ GroomParams MakeGroomParams(std::string_view kind, std::string_view style) {
         throw Error("a groom of kind \"" + p.kind + "\" has no styles; \"" + p.style + "\" is for nothing");
     if (kind == "head") {
         if (style.empty())
-            p.style = kStyles[0];
-        if (p.style == "wavy") {
-            p.clump = 0.75f;
-            p.curlRadius = 0.55f;
-            p.curlLength = 7;
-            p.frizz = 0.08f;
-            p.flyaways = 0.04f;
-            p.volume = 1.6f;
-        } else if (p.style == "curly") {
-            p.length = 30;
-            p.lengthVariation = 0.3f;
-            p.locks = 500;
-            p.clump = 0.92f;
-            p.curlRadius = 0.7f;
-            p.curlLength = 4.6f;
-            p.frizz = 0.06f;
-            p.flyaways = 0.035f;
-            p.volume = 2.0f;
-            p.level = 0.35f;
-        } else if (p.style != "straight") {
-            throw Error("unknown style of a head \"" + p.style + "\"; the styles are " + Choices(kStyles));
-        }
+            p.style = kStyles[0].name;
+        FindHeadStyle(p.style).set(&p);
     } else if (kind == "fur-ball") {
         p.strands = 60000;
         p.radius = 8;
@@ -138,6 +167,7 @@ GroomParams MakeGroomParams(std::string_view kind, std::string_view style) {
         p.lengthVariation = 0.4f;
         p.locks = 1500;
         p.clump = 0.6f;
+        p.wispClump = 0.5f;
         p.frizz = 0.1f;
         p.width = 0.007f;
         p.tip = 0.1f;

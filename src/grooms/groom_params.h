@@ -16,12 +16,12 @@ namespace cuticle {
 // Lengths are in centimetres for heads and fur, in the units of `radius` and `side` otherwise.
 struct GroomParams {
     std::string kind = "head";      // head, fur-ball, hair-cube, ball
-    std::string style = "straight"; // of a head: straight, wavy, curly
+    std::string style = "straight"; // of a head: a row of HeadStyleTable
 
-    int strands = 30000;
+    int strands = 100000;
     int seed = 1;
     int segments = 0; // curve segments of a strand; 0: as many as the style needs
-    float width = 0.008f;
+    float width = 0.007f;
     float tip = 0.35f; // width at the tip, as a fraction of that at the root
     float widthScale = 1;
 
@@ -30,6 +30,8 @@ struct GroomParams {
     float lengthVariation = 0.15f;
     int locks = 700;
     float clump = 0.5f;
+    int wisps = 6000;
+    float wispClump = 0.6f;
     float curlRadius = 0;
     float curlLength = 5;
     float frizz = 0.05f;
@@ -69,9 +71,33 @@ struct GroomColorInfo {
 };
 std::span<const GroomColorInfo> GroomColorTable();
 
-// The kinds, and the styles of a head.
+// The kinds.
 std::span<const std::string_view> GroomKinds();
-std::span<const std::string_view> HeadStyles();
+
+// Says which way hair leaves a head.
+enum class Comb {
+    Part,  // away from a parting, and down
+    Whorl, // around the crown and forward, as short hair grows
+    Back,  // from the forehead over the head, and down behind
+    Out,   // away from the skin on all sides
+    Bun,   // drawn to the back of the head and wound up there
+    Braid  // drawn to the nape and plaited
+};
+
+// A style of a head: what it is, how hair is combed, and the parameters that differ from those of straight
+// hair.
+struct HeadStyleInfo {
+    std::string_view name, help;
+    Comb comb = Comb::Part;
+    bool waves = false;   // curls lie in a plane and in step with their neighbours
+    float lift = 0.45f;   // how steeply hair leaves the skin, 0 along it
+    float weight = 0.24f; // how fast it bends down: the share of gravity in its direction, per cm
+    void (*set)(GroomParams *) = nullptr;
+};
+std::span<const HeadStyleInfo> HeadStyleTable();
+std::span<const std::string_view> HeadStyles(); // their names
+// Throws Error naming the choices.
+const HeadStyleInfo &FindHeadStyle(std::string_view name);
 
 // The defaults of a kind and (heads only) style; an empty style is the first. Throws Error naming the
 // choices. A style that is really a kind ("fur-ball") is an Error too.

@@ -1,6 +1,6 @@
 #include "grooms/lock_source.h"
 
-#include "grooms/head_shape.h"
+#include "core/parallel.h"
 
 #include <algorithm>
 
@@ -57,115 +57,224 @@ void FinishGuide(const std::vector<Point3f> &path, const Normal3f &start, Guide 
     }
 }
 
-LockSource::Nearby LockSource::FindGuides(const Root &root, const HashStream &r) const {
-    Nearby near;
-    float distance[Nearby::kGuides] = {Infinity, Infinity, Infinity};
-    for (const Guide &g : guides_) {
+Vector3f Wander(const HashStream &r, uint64_t first, float x) {
+    const float whole = std::floor(x), t = SmoothStep(0, 1, x - whole);
+    const uint64_t at = first + 3 * static_cast<uint64_t>(whole);
+    const Vector3f a{r.Signed(at), r.Signed(at + 1), r.Signed(at + 2)},
+        b{r.Signed(at + 3), r.Signed(at + 4), r.Signed(at + 5)};
+    return a * (1 - t) + b * t;
+}
+
+RootGrid::RootGrid(const std::vector<Guide> &guides, float spacing) {
+    Bounds3f bounds;
+    for (const Guide &g : guides)
+        bounds.Extend(g.root);
+    low_ = bounds.pMin;
+    const Vector3f extent = bounds.Diagonal();
+    // No more than 128 cells to a side, however close the roots
+    cell_ = std::max({spacing, extent.x / 127, extent.y / 127, extent.z / 127});
+    for (size_t axis = 0; axis < 3; ++axis)
+        size_[axis] = static_cast<int>(extent[axis] / cell_) + 1;
+    begin_.assign(static_cast<size_t>(size_[0] * size_[1] * size_[2]) + 1, 0);
+    const auto cellOf = [&](const Guide &g) {
+        const std::array<int, 3> at = CellOf(g.root);
+        return static_cast<size_t>(at[0] + size_[0] * (at[1] + size_[1] * at[2]));
+    };
+    for (const Guide &g : guides)
+        ++begin_[cellOf(g) + 1];
+    for (size_t i = 1; i < begin_.size(); ++i)
+        begin_[i] += begin_[i - 1];
+    order_.resize(guides.size());
+    std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (uint32_t i = 0; i < guides.size(); ++i)
+        order_[next[cellOf(guides[i])]++] = i;
+}
+
+std::array<int, 3> RootGrid::CellOf(const Point3f &p) const {
+    std::array<int, 3> at{};
+    for (size_t axis = 0; axis < 3; ++axis)
+        at[axis] = static_cast<int>(
+            std::clamp((p[axis] - low_[axis]) / cell_, 0.f, static_cast<float>(size_[axis] - 1)));
+    return at;
+}
+
+void LockSource::MakeWisps() {
+    const auto count = static_cast<size_t>(std::min(params_.wisps, params_.strands));
+    lockSpacing_ = std::sqrt(area_ / static_cast<float>(guides_.size()));
+    wispSpacing_ = std::sqrt(area_ / static_cast<float>(count));
+    locksByPlace_ = RootGrid(guides_, lockSpacing_);
+    wisps_.resize(count);
+    ParallelFor(count, [&](size_t i) { GrowWisp(i, &wisps_[i]); });
+    wispsByPlace_ = RootGrid(wisps_, wispSpacing_);
+}
+
+// A wisp's path runs between the locks around it, drawn toward a place in its own.
+void LockSource::GrowWisp(size_t index, Guide *wisp) const {
+    const HashStream r(Seed(), kWispStream, index);
+    const HashStream offset(Seed(), kWispStream, ~uint64_t(0));
+    const Root root = RootAt(index, offset.Uniform(0), offset.Uniform(1));
+    constexpr size_t kLocks = 3;
+    const Guide *near[kLocks] = {}; // nearest first
+    float distance[kLocks] = {Infinity, Infinity, Infinity};
+    const auto take = [&](uint32_t i) {
+        const Guide &g = guides_[i];
         const float d = (g.root - root.p).LengthSquared() + (g.side * root.side < 0 ? 1e6f : 0.f);
-        if (!(d < distance[Nearby::kGuides - 1]))
-            continue;
-        size_t k = Nearby::kGuides - 1;
+        if (!(d < distance[kLocks - 1]))
+            return;
+        size_t k = kLocks - 1;
         for (; k > 0 && d < distance[k - 1]; --k) {
             distance[k] = distance[k - 1];
-            near.guide[k] = near.guide[k - 1];
+            near[k] = near[k - 1];
         }
         distance[k] = d;
-        near.guide[k] = &g;
+        near[k] = &g;
+    };
+    for (int reach = 2; !(distance[kLocks - 1] < 1e5f); reach *= 4) {
+        std::fill(std::begin(distance), std::end(distance), Infinity);
+        locksByPlace_.ForEachNear(root.p, reach, take);
+        if (reach > locksByPlace_.MaxReach())
+            break;
     }
-    // The distance that chooses the lock is shaken a little per strand, so that locks have ragged edges
+    // The distance that chooses the lock is shaken a little, so that locks have ragged edges
     const float soft = Sqr(0.25f * lockSpacing_);
-    size_t lock = 0;
-    float best = Infinity;
-    for (size_t k = 0; k < Nearby::kGuides; ++k) {
-        const bool usable = near.guide[k] != nullptr && distance[k] < 1e5f;
-        near.weight[k] = usable ? 1 / (distance[k] + soft) : 0;
-        near.total += near.weight[k];
+    float weight[kLocks], total = 0, best = Infinity;
+    const Guide *lock = near[0];
+    for (size_t k = 0; k < kLocks; ++k) {
+        const bool usable = near[k] != nullptr && distance[k] < 1e5f;
+        weight[k] = usable ? 1 / (distance[k] + soft) : 0;
+        total += weight[k];
         const float shaken = std::sqrt(distance[k]) * (1 + 0.35f * r.Signed(k));
         if (usable && shaken < best) {
             best = shaken;
-            lock = k;
+            lock = near[k];
         }
     }
-    // There is always a guide; only where all are absurdly far is none usable
-    near.middle = near.guide[lock] ? near.guide[lock] : &guides_.front();
-    return near;
+    if (!(total > 0)) // where all are absurdly far, the nearest will do
+        weight[0] = total = 1;
+
+    *wisp = *lock;
+    wisp->root = root.p;
+    wisp->side = root.side;
+    const float place = 0.4f * lockSpacing_ * std::sqrt(r.Uniform(3)), turn = 2 * Pi * r.Uniform(4);
+    const float cosine = std::cos(turn), sine = std::sin(turn),
+                clump = params_.clump * (0.7f + 0.3f * r.Uniform(5));
+    wisp->length = wisp->gather = wisp->turns = 0;
+    for (size_t k = 0; k < kLocks; ++k)
+        if (weight[k] > 0) {
+            wisp->length += near[k]->length * weight[k] / total;
+            wisp->gather += near[k]->gather * weight[k] / total;
+            wisp->turns += near[k]->turns * weight[k] / total;
+        }
+    wisp->lock = static_cast<uint32_t>(lock - guides_.data());
+    wisp->phase += 0.4f * r.Signed(6);
+    wisp->amplitude *= 0.85f + 0.3f * r.Uniform(7);
+    wisp->turns *= 1 + 0.02f * r.Signed(8);
+    for (int i = 0; i <= kGuideSteps; ++i) {
+        const float s = static_cast<float>(i) / kGuideSteps, fromRoot = s * wisp->length;
+        Vector3f own;
+        for (size_t k = 0; k < kLocks; ++k)
+            if (weight[k] > 0)
+                own += near[k]->p[i] * (weight[k] / total);
+        const Vector3f inLock = (lock->root - root.p) + lock->p[i] +
+                                (lock->u[i] * cosine + lock->v[i] * sine) * (place * (1 - 0.6f * s));
+        // Close to the skin it keeps the root's place whatever the lock does
+        const float draw = clump * SmoothStep(0, wisp->gather, fromRoot) * SmoothStep(0, 1.5f, fromRoot);
+        wisp->p[i] = own * (1 - draw) + inLock * draw;
+    }
 }
 
-LockSource::Habits LockSource::HabitsOf(const Root &root, const Guide &middle, const HashStream &r) const {
+const Guide &LockSource::WispOf(const Root &root, const HashStream &r) const {
+    const Guide *nearest = nullptr;
+    float best = Infinity;
+    for (int reach = 1; nearest == nullptr; reach *= 4) {
+        const bool all = reach > wispsByPlace_.MaxReach();
+        wispsByPlace_.ForEachNear(root.p, reach, [&](uint32_t i) {
+            const Guide &g = wisps_[i];
+            if (g.side * root.side < 0 && !all)
+                return;
+            const float d = (g.root - root.p).LengthSquared() * (1 + 0.5f * r.Signed(64 + i));
+            if (d < best) {
+                best = d;
+                nearest = &g;
+            }
+        });
+        if (all)
+            break;
+    }
+    return nearest != nullptr ? *nearest : wisps_.front();
+}
+
+LockSource::Habits LockSource::HabitsOf(const Root &root, const Guide &wisp, const HashStream &r) const {
     const bool flyaway = r.Uniform(10) < params_.flyaways;
-    const float shorter =
-        root.shorter * (1 - params_.lengthVariation * Sqr(r.Uniform(11)) * (flyaway ? 1.6f : 1.f));
+    float shorter = root.shorter * (1 - params_.lengthVariation * Sqr(r.Uniform(11)));
+    if (flyaway) // broken, or grown later than the others
+        shorter *= 0.15f + 0.85f * r.Uniform(20);
     Habits h;
-    h.rootOffset = root.p - middle.root;
-    h.stretch = std::max(shorter, 0.05f);
-    h.clump = params_.clump * (flyaway ? 0.35f : 0.75f + 0.25f * r.Uniform(12));
-    h.place = std::sqrt(r.Uniform(13)), h.turn = 2 * Pi * r.Uniform(14);
-    h.frizz = params_.frizz * (flyaway ? 5.f : 0.5f + r.Uniform(15));
-    h.phase = middle.phase + (flyaway ? 2.5f : 0.4f) * r.Signed(16);
-    h.amplitude = params_.curlRadius * middle.amplitude * (0.85f + 0.3f * r.Uniform(17));
-    h.turns = middle.turns * (1 + (flyaway ? 0.2f : 0.03f) * r.Signed(18));
-    h.noiseAt = Vector3f{r.Signed(19), r.Signed(20), r.Signed(21)} * 100.f;
+    h.rootOffset = root.p - wisp.root;
+    h.stretch = std::max(shorter, 0.02f);
+    h.clump = params_.wispClump * (flyaway ? 0.3f : 0.6f + 0.4f * r.Uniform(12));
+    const float place = 0.4f * wispSpacing_ * std::sqrt(r.Uniform(13)), turn = 2 * Pi * r.Uniform(14);
+    h.cosine = place * std::cos(turn), h.sine = place * std::sin(turn);
+    h.frizz = flyaway ? 0.1f + 3 * params_.frizz : params_.frizz * (0.4f + 1.2f * Sqr(r.Uniform(15)));
+    h.phase = wisp.phase + (flyaway ? 2.5f : 0.25f) * r.Signed(16);
+    h.amplitude = params_.curlRadius * wisp.amplitude * (0.85f + 0.3f * r.Uniform(17));
+    h.turns = wisp.turns * (1 + (flyaway ? 0.2f : 0.015f) * r.Signed(18));
+    h.lift = flyaway ? 1.4f * Sqr(r.Uniform(19)) : 0;
     return h;
 }
 
-Point3f LockSource::PointAt(float along, const Root &root, const Nearby &near, const Habits &habits) const {
-    const Guide &middle = *near.middle;
+Point3f LockSource::PointAt(float along, const Guide &wisp, const Habits &habits, const HashStream &r) const {
     const float s = along * habits.stretch;
-    const float fromRoot = s * middle.length; // cm of guide behind this point
-
-    // Its own path between the guides around it ...
-    Vector3f own;
-    for (size_t k = 0; k < Nearby::kGuides; ++k)
-        if (near.weight[k] > 0)
-            own += near.guide[k]->At(near.guide[k]->p, s) * (near.weight[k] / near.total);
-    own += root.p;
-    // ... drawn toward a place in its lock.
-    const Vector3f u = middle.At(middle.u, s), v = middle.At(middle.v, s);
-    const float lockRadius = 0.32f * lockSpacing_;
-    const float radius = lockRadius * habits.place * (1 - 0.6f * along);
-    const Vector3f inLock = middle.root + middle.At(middle.p, s) + u * (radius * std::cos(habits.turn)) +
-                            v * (radius * std::sin(habits.turn));
-    const float draw = habits.clump * SmoothStep(0, 0.45f, s);
-    Vector3f p = Lerp(draw, 1.f, 0.f) * own + draw * inLock;
-    // Close to the skin keep the root's place whatever the lock does.
-    const float settle = SmoothStep(0, 1.5f, fromRoot);
-    p = Lerp(settle, 1.f, 0.f) * (middle.At(middle.p, s) + middle.root + habits.rootOffset) + settle * p;
-
-    // Curls: a helix in the lock's frame that opens from the root; waves stay in one plane.
+    const float fromRoot = s * wisp.length; // cm of the wisp behind this point
+    const Guide::Place at = wisp.At(s);
+    const float draw = habits.clump * SmoothStep(0, wisp.gather, fromRoot);
+    Vector3f p = wisp.root + at.p + habits.rootOffset * (1 - draw) +
+                 (at.u * habits.cosine + at.v * habits.sine) * (draw * (1 - 0.5f * along));
+    const uint64_t kSlow = 1 << 20, kQuick = 1 << 21, kCurl = 1 << 22; // where their numbers begin
+    // Curls: a helix in the wisp's frame that opens from the root; waves stay nearly in one plane. Radius and
+    // phase drift along it
     if (habits.amplitude > 0) {
-        const float open = habits.amplitude * SmoothStep(0.2f, 6.f, fromRoot) * (1 - 0.25f * along);
-        const float angle = habits.phase + 2 * Pi * habits.turns * s;
+        const HashStream lock(Seed(), kGuideStream, wisp.lock);
+        const Vector3f drift = Wander(lock, kCurl, 0.16f * fromRoot);
+        const float open =
+            habits.amplitude * SmoothStep(0.2f, 6.f, fromRoot) * (1 - 0.25f * along) * (1 + 0.3f * drift.x);
+        const float angle = habits.phase + 2 * Pi * habits.turns * s + 0.9f * drift.y;
         if (waves_)
-            p += (u * std::sin(angle) + v * (0.35f * std::cos(angle))) * open;
+            p += (at.u * std::sin(angle) + at.v * (0.35f * std::cos(angle))) * open;
         else
-            p += (u * std::cos(angle) + v * (middle.handedness * std::sin(angle))) * open;
+            p += (at.u * std::cos(angle) + at.v * (wisp.handedness * std::sin(angle))) * open;
     }
-    // Frizz: slow strays over several centimetres, quick ones over one.
-    const float loose = SmoothStep(0.3f, 5.f, fromRoot);
+    // Frizz: slow strays over several centimetres, quick ones over one
     if (habits.frizz > 0) {
-        const float x = fromRoot;
-        p += GroomNoise(habits.noiseAt + Vector3f{0.22f * x, 0, 0}, Seed()) * (1.6f * habits.frizz * loose);
-        p += GroomNoise(habits.noiseAt + Vector3f{0, 0.9f * x, 7}, Seed()) * (0.45f * habits.frizz * loose);
+        const float loose = habits.frizz * SmoothStep(0.3f, 5.f, fromRoot);
+        p += Wander(r, kSlow, 0.22f * fromRoot) * (1.6f * loose) +
+             Wander(r, kQuick, 0.9f * fromRoot) * (0.35f * loose);
     }
-    return p;
+    return p + at.u * (habits.lift * SmoothStep(0.3f, 6.f, fromRoot));
+}
+
+float LockSource::WidthFactor(size_t index) const {
+    const HashStream r(Seed(), kStrandStream, index);
+    return 0.85f + 0.3f * r.Uniform(9);
 }
 
 void LockSource::Strand(size_t index, Point3f *out) const {
     const HashStream r(Seed(), kStrandStream, index);
-    const Root root = RootOf(index);
-    const Nearby near = FindGuides(root, r);
-    const Habits habits = HabitsOf(root, *near.middle, r);
+    const HashStream offset(Seed(), kOffsetStream, 0);
+    const Root root = RootAt(index, offset.Uniform(0), offset.Uniform(1));
+    const Guide &wisp = WispOf(root, r);
+    const Habits habits = HabitsOf(root, wisp, r);
     for (size_t i = 0; i <= segments_; ++i)
-        out[i] = PointAt(static_cast<float>(i) / static_cast<float>(segments_), root, near, habits);
-    LiftOffSkin(habits.stretch, near.middle->length, out);
+        out[i] = PointAt(static_cast<float>(i) / static_cast<float>(segments_), wisp, habits, r);
+    LiftOffSkin(habits.stretch * wisp.length, out);
     out[0] = root.p - root.n * (0.8f * kRootDepth);
 }
 
-void LockSource::LiftOffSkin(float stretch, float guideLength, Point3f *out) const {
+void LockSource::LiftOffSkin(float length, Point3f *out) const {
     // A point moved alone would leave a kink: spread what was needed over the neighbours first.
     std::vector<Vector3f> lack(segments_ + 1);
     const auto fromRootAt = [&](size_t i) {
-        return static_cast<float>(i) / static_cast<float>(segments_) * stretch * guideLength;
+        return static_cast<float>(i) / static_cast<float>(segments_) * length;
     };
     bool any = false;
     for (size_t i = 0; i <= segments_; ++i) {

@@ -1,8 +1,12 @@
-// Strands in locks: what the recipes of heads and of fur have in common.
+// Strands in wisps, and wisps in locks: what the recipes of heads and of fur have in common.
 #pragma once
 
 #include "grooms/hash.h"
 #include "grooms/procedural.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
 
 namespace cuticle {
 
@@ -13,7 +17,9 @@ enum GroomStream : uint64_t {
     kNoiseStream,
     kBallStream,
     kOffsetStream,
-    kColorStream
+    kColorStream,
+    kWispStream,
+    kRootStream
 };
 
 // 0 up to v = a, 1 from v = b on, a smooth cubic in between.
@@ -33,30 +39,69 @@ Vector3f GroomNoise(const Point3f &p, uint64_t seed);
 // Returns the part of v that lies across n.
 inline Vector3f TangentTo(const Vector3f &n, const Vector3f &v) { return v - n * Dot(n, v); }
 
+// Wanders through [-1, 1]^3 smoothly, with features of unit length: random vectors at whole x, cubic between.
+// first: where in the stream its numbers begin; x is no less than 0.
+Vector3f Wander(const HashStream &r, uint64_t first, float x);
+
 inline constexpr int kGuideSteps = 48;
-// A guide is the middle of a lock, with a frame that is carried along it without twist.
+// A guide is the middle of a lock or of a wisp, with a frame that is carried along it without twist. u points
+// away from the skin at the root.
 struct Guide {
     Point3f root;
     int side = 0; // of the parting: -1, 1, or 0 where there is none
     float length = 0;
+    float gather = 0;            // cm from the root over which hair draws together
     Vector3f p[kGuideSteps + 1]; // relative to the root, at equal arc lengths
     Vector3f u[kGuideSteps + 1], v[kGuideSteps + 1];
     float phase = 0, turns = 0, handedness = 1, amplitude = 1;
+    uint32_t lock = 0; // its number; hairs of one lock curl alike
 
-    template <typename Member>
-    Vector3f At(const Member &values, float s) const {
+    struct Place {
+        Vector3f p, u, v;
+    };
+    // s: share of the length, 0 to 1.
+    Place At(float s) const {
         const float x = std::clamp(s, 0.f, 1.f) * kGuideSteps;
         const int i = std::min(static_cast<int>(x), kGuideSteps - 1);
-        return Lerp(x - static_cast<float>(i), 1.f, 0.f) * values[i] +
-               (x - static_cast<float>(i)) * values[i + 1];
+        const float t = x - static_cast<float>(i), t0 = 1 - t;
+        return {p[i] * t0 + p[i + 1] * t, u[i] * t0 + u[i + 1] * t, v[i] * t0 + v[i + 1] * t};
     }
 };
 
 // Turns a path into a guide: equal arc lengths, then frames by parallel transport from `start`.
 void FinishGuide(const std::vector<Point3f> &path, const Normal3f &start, Guide *g);
 
-// A source of strands that run between guides, are drawn into locks, curled and frizzed. A recipe grows the
-// guides and says where strands have their roots and where the skin is.
+// Finds the nearest of many roots on one side of the parting: a grid of cells, each with its roots.
+class RootGrid {
+  public:
+    RootGrid() = default;
+    // spacing: a typical distance between neighbours, positive.
+    RootGrid(const std::vector<Guide> &guides, float spacing);
+    // Calls use(index) for all guides in the cells within `reach` cells of p.
+    template <class Use>
+    void ForEachNear(const Point3f &p, int reach, const Use &use) const {
+        const std::array<int, 3> at = CellOf(p);
+        for (int z = std::max(at[2] - reach, 0); z <= std::min(at[2] + reach, size_[2] - 1); ++z)
+            for (int y = std::max(at[1] - reach, 0); y <= std::min(at[1] + reach, size_[1] - 1); ++y)
+                for (int x = std::max(at[0] - reach, 0); x <= std::min(at[0] + reach, size_[0] - 1); ++x) {
+                    const auto cell = static_cast<size_t>(x + size_[0] * (y + size_[1] * z));
+                    for (uint32_t i = begin_[cell]; i < begin_[cell + 1]; ++i)
+                        use(order_[i]);
+                }
+    }
+    int MaxReach() const { return std::max({size_[0], size_[1], size_[2]}); }
+
+  private:
+    std::array<int, 3> CellOf(const Point3f &p) const;
+    Point3f low_;
+    float cell_ = 1;
+    std::array<int, 3> size_{};
+    std::vector<uint32_t> begin_, order_; // of each cell; guides by cell
+};
+
+// A source of strands that are drawn into wisps, which are drawn into locks, curled and frizzed. A recipe
+// grows the guides, one a lock, calls MakeWisps, and says where strands have their roots and where the skin
+// is.
 class LockSource : public StrandSource {
   public:
     explicit LockSource(const GroomParams &params) : StrandSource(params), params_(params) {}
@@ -70,46 +115,46 @@ class LockSource : public StrandSource {
         int side = 0;
         float shorter = 1; // factor on the length
     };
-    virtual Root RootOf(size_t strand) const = 0;
+    // Root number `index` of a sequence that covers the skin evenly; u0, v0 in [0, 1) choose which sequence.
+    virtual Root RootAt(size_t index, float u0, float v0) const = 0;
     // Moves p off the skin; fromRoot: cm of hair behind it.
     virtual Point3f KeepOut(const Point3f &p, float fromRoot) const = 0;
 
+    // Divides the locks of guides_ into wisps.
+    void MakeWisps();
     void Strand(size_t index, Point3f *out) const override;
+    float WidthFactor(size_t index) const override;
 
     uint64_t Seed() const { return static_cast<uint64_t>(params_.seed); }
 
     GroomParams params_;
     size_t segments_ = 16;
-    float lockSpacing_ = 1; // typical distance between the roots of neighbouring guides
-    bool waves_ = false;    // waves in a plane and in step with their neighbours, instead of curls
+    float area_ = 1;     // of the skin where hair grows
+    bool waves_ = false; // waves in a plane and in step with their neighbours, instead of curls
     std::vector<Guide> guides_;
 
   private:
-    // The guides around a strand's root, on its side of the parting.
-    struct Nearby {
-        static constexpr size_t kGuides = 3;
-        const Guide *guide[kGuides] = {}; // nearest first; null where there are fewer
-        float weight[kGuides] = {};       // by which the strand's own path follows them
-        float total = 0;                  // of the weights
-        const Guide *middle = nullptr;    // the guide of the lock that the strand belongs to
-    };
-
-    // How a strand departs from its lock, constant along it.
+    // How a strand departs from its wisp, constant along it.
     struct Habits {
-        Vector3f rootOffset; // from the lock's root
-        float stretch;       // share of the guide's length
-        float clump;         // 0 follows its own path, 1 its lock
-        float place, turn;   // polar coordinates in the lock, in units of its radius and radians
+        Vector3f rootOffset; // from the wisp's root
+        float stretch;       // share of the wisp's length
+        float clump;         // 0 keeps its distance from the wisp's middle, 1 comes to its place there
+        float cosine, sine;  // of that place: its direction times its distance in radii of the wisp
         float frizz, phase, amplitude, turns;
-        Point3f noiseAt; // where in the noise it begins
+        float lift; // cm away from the head, of a flyaway
     };
 
-    Nearby FindGuides(const Root &root, const HashStream &r) const;
-    Habits HabitsOf(const Root &root, const Guide &middle, const HashStream &r) const;
+    void GrowWisp(size_t index, Guide *wisp) const;
+    const Guide &WispOf(const Root &root, const HashStream &r) const;
+    Habits HabitsOf(const Root &root, const Guide &wisp, const HashStream &r) const;
     // The place of a strand's point at `along` in [0, 1], before it is kept off the skin.
-    Point3f PointAt(float along, const Root &root, const Nearby &near, const Habits &habits) const;
-    // Moves a strand's points off the skin; stretch: its share of a guide of this length.
-    void LiftOffSkin(float stretch, float guideLength, Point3f *out) const;
+    Point3f PointAt(float along, const Guide &wisp, const Habits &habits, const HashStream &r) const;
+    // Moves a strand's points off the skin; length: of the strand.
+    void LiftOffSkin(float length, Point3f *out) const;
+
+    float lockSpacing_ = 1, wispSpacing_ = 1; // typical distances between neighbours' roots
+    std::vector<Guide> wisps_;
+    RootGrid locksByPlace_, wispsByPlace_;
 };
 
 } // namespace cuticle

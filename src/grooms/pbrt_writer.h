@@ -2,7 +2,7 @@
 #pragma once
 
 #include "grooms/groom.h"
-#include "grooms/head_shape.h"
+#include "grooms/head_mesh.h"
 
 #include <string>
 

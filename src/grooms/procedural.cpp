@@ -3,7 +3,7 @@
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
-#include "grooms/head_shape.h"
+#include "grooms/head_source.h"
 #include "grooms/lock_source.h"
 
 #include <algorithm>
@@ -17,144 +17,21 @@ Point3f UniformSphere(float u, float v) {
     return {r * std::cos(2 * Pi * v), r * std::sin(2 * Pi * v), z};
 }
 
-// --- a head
-
-class HeadSource final : public LockSource {
-  public:
-    explicit HeadSource(const GroomParams &params) : LockSource(params) {
-        waves_ = params.style == "wavy";
-        const float turns = params.curlRadius > 0 ? params.length / params.curlLength : 0;
-        // Seven points a turn keep the spline within 1% of a circle.
-        segments_ =
-            params.segments > 0
-                ? params.segments
-                : std::clamp(static_cast<int>(std::ceil(std::max(24.f, turns * (waves_ ? 6.f : 7.5f)))), 16,
-                             400);
-        lockSpacing_ = std::sqrt(scalp_.Area() / static_cast<float>(params.locks));
-        guides_.resize(static_cast<size_t>(params.locks));
-        ParallelFor(guides_.size(), [&](size_t i) { Grow(i, &guides_[i]); });
-    }
-
-  private:
-    int Side(const Point3f &p) const {
-        // The parting runs from the forehead to the crown and ends there.
-        return p.z < -4.5f ? 0 : (p.x < params_.part ? -1 : 1);
-    }
-    Root RootOf(size_t strand) const override {
-        const HashStream offset(Seed(), kOffsetStream, 0);
-        const Point2f uv = R2(strand, offset.Uniform(0), offset.Uniform(1));
-        const ScalpPoint s = scalp_.Sample(uv.x, uv.y);
-        Root root;
-        root.p = s.p;
-        root.n = s.n;
-        root.side = Side(s.p);
-        root.shorter = 0.45f + 0.55f * s.density; // downy hair along the hairline
-        return root;
-    }
-    Point3f KeepOut(const Point3f &p, float fromRoot) const override {
-        return PushOutOfHead(p, kHeadClearance * std::min(1.f, fromRoot));
-    }
-    void Grow(size_t index, Guide *g) const;
-
-    Scalp scalp_;
-};
-
-// Grows one guide from its root: combed away from the parting, bent down by its weight, resting on the head,
-// the hair beneath it and the shoulders.
-void HeadSource::Grow(size_t index, Guide *g) const {
-    const HashStream r(Seed(), kGuideStream, index);
-    const Point2f uv = R2(index, r.Uniform(100) * 0.02f, r.Uniform(101) * 0.02f);
-    const ScalpPoint start = scalp_.Sample(uv.x, uv.y);
-    g->root = start.p;
-    g->side = Side(start.p);
-    g->phase = 2 * Pi * r.Uniform(0);
-    g->handedness = r.Uniform(1) < 0.5f ? -1.f : 1.f;
-    g->amplitude = 0.65f + 0.7f * r.Uniform(2);
-
-    // Which way it is combed at the root: sideways off the parting in front, away from the crown behind.
-    const bool curly = params_.style == "curly";
-    const Point3f crown{0.6f * params_.part, 10.5f, -5.f};
-    Vector3f off = start.p - crown;
-    off.y = std::min(off.y, 0.f);
-    off = off / std::max(off.Length(), 1e-3f);
-    const Vector3f sideways{start.p.x < params_.part ? -1.f : 1.f, 0, -0.6f};
-    const float front = SmoothStep(-6.f, 0.5f, start.p.z);
-    Vector3f comb = TangentTo(start.n, sideways * front + off * (1 - front));
-    if (comb.LengthSquared() > 1e-8f)
-        comb = Normalize(comb);
-    const float height = SmoothStep(-5.f, 11.f, start.p.y);
-    const float lift = (curly ? 0.85f : 0.45f) * (0.4f + 0.6f * height) + 0.15f * r.Signed(3);
-    Vector3f d = Normalize(start.n * lift + comb + Vector3f{r.Signed(4), r.Signed(5), r.Signed(6)} * 0.22f);
-
-    // Hair from higher up lies on that from below: its distance from the skin grows along it.
-    const float layer = 0.1f + params_.volume * (0.12f + 0.88f * height * (0.6f + 0.4f * r.Uniform(7))) +
-                        (curly ? 0.5f : 0.2f) * params_.curlRadius;
-    // Cut: between "all as long" and "all end at one height".
-    const float full = params_.length * (1 - 0.5f * params_.lengthVariation * r.Uniform(8));
-    const float floorY = 10.f - params_.length + 5.f; // where the longest hairs from the top end
-    constexpr float step = 0.3f;
-    const float weight = curly ? 0.16f : 0.24f;
-    std::vector<Point3f> path{start.p};
-    Point3f p = start.p;
-    float travelled = 0, budget = full;
-    while (travelled < budget && path.size() < 4000) {
-        Vector3f force = Vector3f{0, -1, 0} * weight;
-        // Keep out of the face: hair in front of the ears goes outward and back.
-        const float face =
-            SmoothStep(1.f, 5.f, p.z) * (1 - SmoothStep(5.f, 10.f, p.y)) * SmoothStep(-16.f, -9.f, p.y);
-        const float away =
-            std::abs(p.x) < 3 && g->side != 0 ? static_cast<float>(g->side) : (p.x < 0 ? -1.f : 1.f);
-        force += Vector3f{0.4f * away * (1 - SmoothStep(5.f, 9.f, std::abs(p.x))), 0, -0.3f} * face;
-        // At the neck hair turns behind the shoulders, before they spread it.
-        const float neck = (1 - SmoothStep(-9.f, -3.f, p.y)) * (1 - SmoothStep(-1.f, 4.f, p.z));
-        force += Vector3f{p.x < 0 ? 0.08f : -0.08f, 0, -0.13f} * (neck * SmoothStep(3.f, 8.f, std::abs(p.x)));
-        force += GroomNoise(p * 0.16f, Seed() + 1) * 0.05f +
-                 GroomNoise(g->root * 0.5f + p * 0.05f, Seed() + 2) * 0.06f;
-        d = Normalize(d + force * step);
-        p += d * step;
-        travelled += step;
-        const float offset = kHeadClearance + (layer - kHeadClearance) * SmoothStep(0, 7.f, travelled);
-        const float inside = offset - HeadDistance(p);
-        if (inside > 0) {
-            const Normal3f n = HeadNormal(p);
-            p += n * inside;
-            const float into = Dot(d, n);
-            if (into < 0) {
-                const Vector3f along = TangentTo(n, d);
-                d = along.LengthSquared() > 1e-4f ? Normalize(along)
-                                                  : Normalize(along + Vector3f{0.1f, -0.1f, -0.3f});
-            }
-        }
-        path.push_back(p);
-        // Below the cut only the part of the length that the layers keep is left to grow.
-        if (p.y < floorY + 1.2f * r.Signed(9))
-            budget = std::min(budget, std::max(travelled, Lerp(params_.level, full, travelled)));
-    }
-    FinishGuide(path, start.n, g);
-    g->turns = params_.curlRadius > 0 ? g->length / (params_.curlLength * (0.8f + 0.4f * r.Uniform(30))) : 0;
-    if (waves_) {
-        // Neighbouring locks swing together: the phase follows the place on the head.
-        const Vector3f n = GroomNoise(g->root * 0.12f, Seed() + 3);
-        g->phase = 3.5f * n.x + 0.5f * r.Signed(31);
-        g->turns = g->length / (params_.curlLength * (0.95f + 0.1f * r.Uniform(30)));
-    }
-}
-
 // --- a fur ball
 
 class FurBallSource final : public LockSource {
   public:
     explicit FurBallSource(const GroomParams &params) : LockSource(params) {
         segments_ = params.segments > 0 ? params.segments : 10;
-        lockSpacing_ = params.radius * std::sqrt(4 * Pi / static_cast<float>(params.locks));
+        area_ = 4 * Pi * Sqr(params.radius);
         guides_.resize(static_cast<size_t>(params.locks));
         ParallelFor(guides_.size(), [&](size_t i) { Grow(i, &guides_[i]); });
+        MakeWisps();
     }
 
   private:
-    Root RootOf(size_t strand) const override {
-        const HashStream offset(Seed(), kOffsetStream, 0);
-        const Point2f uv = R2(strand, offset.Uniform(0), offset.Uniform(1));
+    Root RootAt(size_t strand, float u0, float v0) const override {
+        const Point2f uv = R2(strand, u0, v0);
         Root root;
         root.n = UniformSphere(uv.x, uv.y);
         root.p = root.n * params_.radius;
@@ -187,6 +64,7 @@ class FurBallSource final : public LockSource {
         }
         FinishGuide(path, TangentTo(d, Vector3f{0.3f, 0.9f, 0.1f}), g);
         g->turns = params_.curlRadius > 0 ? g->length / params_.curlLength : 0;
+        g->gather = 0.45f * g->length;
     }
 };
 
@@ -295,12 +173,14 @@ Groom StrandSource::Range(size_t begin, size_t end) const {
     groom.points.resize(n * run);
     groom.width = width_[0];
     if (width_[0] != width_[1])
-        groom.strandWidths.assign(n, width_);
+        groom.strandWidths.resize(n);
     groom.hasColor = HasColors();
     if (HasColors())
         groom.pointColors.resize(n * run);
     ParallelFor(n, [&](size_t i) {
         Strand(begin + i, groom.points.data() + i * run);
+        if (!groom.strandWidths.empty())
+            groom.strandWidths[i] = Width(begin + i);
         if (HasColors())
             Colors(begin + i, groom.pointColors.data() + i * run);
     });
@@ -328,7 +208,7 @@ std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params) {
                 "groom parameter \"grey\" is for hair that has a \"root_color\"; without "
                 "it the material alone gives the colour, of all hairs");
     if (checked.kind == "head")
-        return std::make_unique<HeadSource>(checked);
+        return MakeHeadSource(checked);
     if (checked.kind == "fur-ball")
         return std::make_unique<FurBallSource>(checked);
     if (checked.kind == "hair-cube")

@@ -18,8 +18,11 @@ class StrandSource {
     virtual size_t PointsPerStrand() const = 0;
     // Writes the PointsPerStrand() points of one strand, root to tip. Safe from any thread.
     virtual void Strand(size_t index, Point3f *points) const = 0;
-    // Full widths at root and tip.
-    std::array<float, 2> Width() const { return width_; }
+    // Full widths of a strand at root and tip.
+    std::array<float, 2> Width(size_t index) const {
+        const float factor = WidthFactor(index);
+        return {width_[0] * factor, width_[1] * factor};
+    }
     // The strands [begin, end), made in parallel.
     Groom Range(size_t begin, size_t end) const;
     // Linear RGB of the points of one strand; only where HasColors().
@@ -29,6 +32,8 @@ class StrandSource {
   protected:
     // Takes widths and colours.
     explicit StrandSource(const GroomParams &params);
+    // How wide a strand is beside the others.
+    virtual float WidthFactor(size_t) const { return 1; }
 
   private:
     std::array<float, 2> width_{};

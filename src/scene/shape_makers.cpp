@@ -3,7 +3,7 @@
 #include "core/error.h"
 #include "grooms/groom_file.h"
 #include "grooms/groom_params.h"
-#include "grooms/head_shape.h"
+#include "grooms/head_mesh.h"
 #include "grooms/procedural.h"
 #include "scene/plugins.h"
 #include "shapes/loop_subdivision.h"

@@ -1,7 +1,7 @@
 //> Declare the shell of hair and the distance to it
 #pragma once
 
-#include "grooms/head_shape.h"
+#include "grooms/head_mesh.h"
 #include "volume/grid.h"
 
 namespace cuticle {
