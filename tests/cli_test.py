@@ -119,6 +119,37 @@ class CommandLine(ProgramCase):
         self.ok("render", "scene.pbrt", "-o", "a.exr")
         self.ok("convert", "a.exr", "a.png")
         self.assertEqual((self.path / "a.png").read_bytes()[:4], b"\x89PNG")
+        # Fewer bits: a smaller file, off by at most half of the last bit that is kept, relative to the power of two below
+        self.ok("render", "scene.pbrt", "--variance", "-o", "a.exr")
+        self.ok("convert", "a.exr", "b.exr", "--bits", "8")
+        self.assertLess((self.path / "b.exr").stat().st_size, 0.8 * (self.path / "a.exr").stat().st_size)
+        off = json.loads(self.ok("compare", "b.exr", "a.exr", "--json").stdout)["relative_mse"]
+        self.assertTrue(0 < off < 2 ** -16, off)
+
+    def test_a_crop_window_is_compared_with_its_part(self):
+        """A window has the random numbers of the whole picture, whose pixels do not know of each other."""
+        self.ok("render", "scene.pbrt", "-o", "whole.exr")
+        self.ok("render", "scene.pbrt", "--crop", "0.25", "0.75", "0.5", "1", "-o", "part.exr")
+        self.ok("compare", "part.exr", "whole.exr", "--max-mse", "0")
+        self.ok("render", "scene.pbrt", "--crop", "0.25", "0.75", "0.5", "1", "--seed", "3", "-o", "other.exr")
+        self.fails_beyond("compare", "other.exr", "whole.exr", "--max-mse", "0")
+        self.fails("compare", "whole.exr", "part.exr", says="x")  # the other way round sizes differ
+
+    def fails_beyond(self, *words):
+        run = self.run_program(*words)
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertIn("beyond", run.stderr)
+
+    def test_shrunk_pictures(self):
+        def size(*words):
+            self.ok("render", "scene.pbrt", "-o", "a.exr", "--stats", "s.json", *words)
+            stats = json.loads((self.path / "s.json").read_text())
+            return stats["width"], stats["height"]
+        width, height = size()
+        self.assertEqual(size("--shrink", "2"), (width // 2, height // 2))
+        self.assertEqual(size("--shrink", "2", "--quick"), (max(1, width // 8), max(1, height // 8)))
+        self.assertEqual(size("--shrink", "1000"), (1, 1))
+        self.assertNotEqual(self.run_program("render", "scene.pbrt", "--shrink", "0").returncode, 0)
 
     def test_groom_writes_what_render_reads(self):
         self.ok("groom", "hair-cube", "--strands", "100", "-o", "cube.pbrt.gz")

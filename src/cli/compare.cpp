@@ -76,8 +76,23 @@ void PrintJSON(const std::vector<MeasureRow> &rows, const Comparison &c, bool fa
     std::cout << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
 }
 
+// The part of the reference that a crop window of the same picture shows; the reference itself where
+// `test` is no window of it.
+Image PartSeenIn(const Image &test, const Image &reference) {
+    const int x0 = test.cropX - reference.cropX, y0 = test.cropY - reference.cropY;
+    if (test.fullWidth != reference.fullWidth || test.fullHeight != reference.fullHeight || x0 < 0 ||
+        y0 < 0 || x0 + test.width > reference.width || y0 + test.height > reference.height)
+        return reference;
+    Image part(test.width, test.height, reference.channels);
+    for (size_t y = 0; y < static_cast<size_t>(test.height); ++y)
+        for (size_t x = 0; x < static_cast<size_t>(test.width); ++x)
+            for (size_t c = 0; c < part.Channels(); ++c)
+                part.At(x, y, c) = reference.At(x + static_cast<size_t>(x0), y + static_cast<size_t>(y0), c);
+    return part;
+}
+
 void RunCompare(const CompareArguments &a) {
-    const Image test = ReadImage(a.test), reference = ReadImage(a.reference);
+    const Image test = ReadImage(a.test), reference = PartSeenIn(test, ReadImage(a.reference));
     CompareOptions options;
     options.pixelsPerDegree = a.pixelsPerDegree;
     options.block = a.block;
@@ -126,7 +141,8 @@ void AddCompareCommand(CLI::App &app) {
     auto a = std::make_shared<CompareArguments>();
     CLI::App *c = app.add_subcommand("compare", "Compare a picture with a reference.");
     c->add_option("A", a->test, "picture to judge (.exr, .pfm, .png, .tga, .hdr, .jpg)")->required();
-    c->add_option("B", a->reference, "reference of the same size")->required();
+    c->add_option("B", a->reference, "reference of the same size, or of which A is a crop window")
+        ->required();
     c->add_flag("--json", a->json, "print the measures as JSON instead of a table");
     c->add_option("--error-image", a->errorImage,
                   "write where they differ: FLIP as black, red, yellow, white; an .exr also holds channel "

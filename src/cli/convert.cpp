@@ -25,6 +25,7 @@ struct ConvertArguments {
     std::string frames; // of a video; "": all that are there
     double exposure = 0, framesPerSecond = 24;
     int quality = 23;
+    int bits = 24;
 };
 
 // Multiplies light by 2^exposure: the colours by that factor, their variances by its square, all else not at
@@ -40,6 +41,19 @@ void Expose(Image *image, double exposure) {
         const double f = name.starts_with("variance.") ? factor * factor : factor;
         for (size_t i = c; i < image->data.size(); i += image->Channels())
             image->data[i] = static_cast<float>(image->data[i] * f);
+    }
+}
+
+// Rounds light to so many significant bits, and variances to half as many: a file that is packed is smaller.
+void KeepBits(Image *image, int bits) {
+    for (size_t c = 0; c < image->Channels(); ++c) {
+        const int kept = image->channels[c].starts_with("variance.") ? std::max(1, bits / 2) : bits;
+        for (size_t i = c; i < image->data.size(); i += image->Channels()) {
+            int exponent = 0;
+            const float mantissa = std::frexp(image->data[i], &exponent), scale = std::ldexp(1.f, kept);
+            if (std::isfinite(mantissa))
+                image->data[i] = std::ldexp(std::round(mantissa * scale) / scale, exponent);
+        }
     }
 }
 
@@ -103,6 +117,8 @@ void RunConvert(const ConvertArguments &a) {
     Image image = ReadImage(a.from);
     if (a.exposure != 0)
         Expose(&image, a.exposure);
+    if (a.bits < 24)
+        KeepBits(&image, a.bits);
     WriteImage(a.to, image);
     std::cout << "wrote " << a.to << " (" << image.width << " x " << image.height << ")\n";
 }
@@ -129,6 +145,11 @@ void AddConvertCommand(CLI::App &app) {
     c->add_option("--exposure", a->exposure, "make it 2^EV times as bright (default: 0)")
         ->check(CLI::Range(-100., 100.))
         ->type_name("EV");
+    c->add_option(
+         "--bits", a->bits,
+         "round light to N significant bits, variances to half of that: a smaller .exr (default: 24, all)")
+        ->check(CLI::Range(1, 24))
+        ->type_name("N");
     c->footer(
         "An .exr keeps linear values, every channel and the attributes. A .png holds R, G and B, clamped to\n"
         "[0, 1] and encoded as sRGB in 8 bits; a pixel that is NaN becomes magenta. 8-bit pictures that are\n"

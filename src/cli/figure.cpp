@@ -136,6 +136,9 @@ void AddFigureCommand(CLI::App &app) {
                   "draft: coarser grids, pictures of a quarter of the size; paper: all (default)")
         ->check(CLI::IsMember({"draft", "paper"}))
         ->type_name("Q");
+    c->add_option("--pictures", a->options.pictures,
+                  "folder of NAME.exr that were rendered before; they are measured, and nothing is rendered")
+        ->type_name("DIR");
     c->footer("Every figure carries laws that its own numbers must satisfy; they are printed, and a broken "
               "one makes the\n"
               "exit status 1. gnuplot draws. A figure that is rendered also leaves each of its pictures, as "

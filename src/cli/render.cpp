@@ -48,7 +48,7 @@ double PeakMegabytes() {
 struct RenderArguments {
     std::string scene, output, integrator, stats, compat, curves = "wide", hair = "lanes", hairModel,
                                                           maxMemory, frames;
-    int spp = 0;
+    int spp = 0, shrink = 1;
     size_t threads = 0; // 0: all
     uint64_t seed = 0;
     std::vector<float> crop;
@@ -122,6 +122,7 @@ RenderOptions RenderOptionsOf(const RenderArguments &a) {
     options.quick = a.quick;
     options.variance = a.variance;
     options.film.denoise = a.denoise;
+    options.film.shrink = a.shrink;
     options.interrupted = &StopAsked();
     if (!a.crop.empty())
         options.film.crop = {a.crop[0], a.crop[1], a.crop[2], a.crop[3]};
@@ -276,7 +277,8 @@ void TellTheEnd(const std::string &output, const Image &image, const Scene &scen
 
 // The most bytes that the picture's file takes.
 uint64_t RoomFor(const SceneDescription &description, const RenderOptions &options) {
-    const Point2i size = Film::WindowSizeOf(description.film, {options.film.crop, options.quick});
+    const Point2i size = Film::WindowSizeOf(
+        description.film, {options.film.crop, options.quick, false, {}, options.film.shrink});
     const uint64_t pixel = 6 * sizeof(float); // with variance, or with what is denoised
     return static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y) * pixel + 65536; // and a header
 }
@@ -299,7 +301,7 @@ void RenderPicture(const RenderArguments &a, std::optional<size_t> threads, Warn
     seconds.parse = WallSeconds() - start;
     const std::string output = OutputName(a, description);
     CheckOutputs(output, a.stats);
-    ClaimFilm(description.film, {RenderOptionsOf(a).film.crop, a.quick, a.variance, a.denoise});
+    ClaimFilm(description.film, {RenderOptionsOf(a).film.crop, a.quick, a.variance, a.denoise, a.shrink});
 
     VLOG(1) << Printable(a.scene) << ": building";
     start = WallSeconds();
@@ -452,6 +454,9 @@ void AddRenderCommand(CLI::App &app) {
         "go on from PICTURE.part, if it is there, to the same picture bit for bit; of an animation, leave "
         "the frames as they are whose pictures are there");
     c->add_option("--stats", a->stats, "write times, counts and memory as JSON")->type_name("FILE.json");
+    c->add_option("--shrink", a->shrink, "1/N of the resolution each way (default: 1)")
+        ->check(CLI::Range(1, 1000))
+        ->type_name("N");
     c->add_flag("--quick", a->quick, "a quarter of the resolution each way and of the samples");
     c->add_flag("-q,--quiet", a->quiet, "no progress and no closing line; warnings and errors stay");
     c->add_flag("--strict", a->strict, "warnings become errors");

@@ -57,6 +57,7 @@ struct FigureOptions {
     bool quick = false; // fewer samples, a coarser grid, a smaller picture: for tests and a first look
     std::string scenes = "scenes"; // where the shipped scenes are
     std::vector<Peer> peers;
+    std::string pictures; // if not empty: the folder that the pictures of rendered figures are read from
     ProgressSink *progress = nullptr; // told how far a picture of a rendered figure is
 };
 

@@ -29,7 +29,15 @@ class PixelScale {
   public:
     PixelScale(const PlotPanel &panel, int width, int height)
         : x_(panel.x),
-          y_(panel.y), axes_{100, (panel.right > 0 ? panel.right : 0.95) * width, 75, height - 40.} {}
+          y_(panel.y), axes_{100, (panel.right > 0 ? panel.right : 0.95) * width, 75, height - 40.} {
+        if (panel.kind != PlotKind::Diagram)
+            return;
+        const double w = *x_.max - *x_.min, h = *y_.max - *y_.min,
+                     unit =
+                         std::min(0.95 * width / w, 0.95 * height / h); // x and y on one scale, in the middle
+        axes_ = {(width - unit * w) / 2, (width + unit * w) / 2, (height - unit * h) / 2,
+                 (height + unit * h) / 2};
+    }
     PixelBox Axes() const { return axes_; }
     double X(double x) const { return axes_.left + (axes_.right - axes_.left) * Share(x_, x); }
     double Y(double y) const { return axes_.bottom + (axes_.top - axes_.bottom) * Share(y_, y); }
@@ -117,10 +125,10 @@ void FitLegends(Plot *plot) {
 }
 
 void PlaceMarks(PlotPanel *panel, int width, int height) {
-    if (panel->kind != PlotKind::Cartesian || !panel->x.min || !panel->x.max || !panel->y.min ||
-        !panel->y.max)
+    if ((panel->kind != PlotKind::Cartesian && panel->kind != PlotKind::Diagram) || !panel->x.min ||
+        !panel->x.max || !panel->y.min || !panel->y.max)
         return;
-    constexpr std::array<std::array<double, 2>, 10> offsets = {{{0.7, 0.4},
+    constexpr std::array<std::array<double, 2>, 18> offsets = {{{0.7, 0.4},
                                                                 {-0.7, 0.4},
                                                                 {0.7, -0.4},
                                                                 {-0.7, -0.4},
@@ -129,7 +137,15 @@ void PlaceMarks(PlotPanel *panel, int width, int height) {
                                                                 {0.4, 0.9},
                                                                 {-0.4, 0.9},
                                                                 {0.4, -0.9},
-                                                                {-0.4, -0.9}}};
+                                                                {-0.4, -0.9},
+                                                                {1.4, 0.8},
+                                                                {-1.4, 0.8},
+                                                                {1.4, -0.8},
+                                                                {-1.4, -0.8},
+                                                                {1.8, 0},
+                                                                {-1.8, 0},
+                                                                {0.8, 1.5},
+                                                                {0.8, -1.5}}};
     const PixelScale scale(*panel, width, height);
     std::vector<PixelBox> taken = BoxesOfData(*panel, scale);
     const PixelBox axes = scale.Axes();

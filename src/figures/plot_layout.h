@@ -20,9 +20,9 @@ std::vector<std::string> BrokenLines(const std::string &text, size_t maxLetters)
 // where one of their legends would not fit.
 void FitLegends(Plot *plot);
 
-// Chooses the sides of points on which the marks of a Cartesian panel stand, so that they lie within the axes
-// and on no point, line or other mark where there is a place for that. Panels without the ranges of both axes
-// stay as they are.
+// Chooses the sides of points on which the marks of a Cartesian panel or a diagram stand, so that they lie
+// within the axes and on no point, line or other mark where there is a place for that. Panels without the
+// ranges of both axes stay as they are.
 void PlaceMarks(PlotPanel *panel, int width, int height);
 
 } // namespace cuticle

@@ -37,6 +37,15 @@ FigurePicture RenderScene(const std::string &name, const FigureOptions &options)
     return picture;
 }
 
+FigurePicture ReadPicture(const std::string &name, const std::string &folder) {
+    FigurePicture picture;
+    picture.name = name;
+    picture.image = ReadImage(folder + "/" + name + ".exr");
+    if (const auto spp = picture.image.attributes.find("spp"); spp != picture.image.attributes.end())
+        picture.samples = static_cast<int>(spp->second.number);
+    return picture;
+}
+
 Image RenderText(const std::string &scene, int spp) {
     RenderOptions options;
     options.spp = spp;

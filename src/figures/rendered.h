@@ -15,6 +15,8 @@ namespace cuticle {
 // quarter of the resolution each way and of the samples. Throws Error where the file is not there or is no
 // scene.
 FigurePicture RenderScene(const std::string &name, const FigureOptions &options);
+// Reads folder/NAME.exr, which was rendered before. Throws Error.
+FigurePicture ReadPicture(const std::string &name, const std::string &folder);
 // Renders the text of a scene, as it says.
 Image RenderText(const std::string &scene, int spp);
 

@@ -65,8 +65,8 @@ void Film::ReadParams(const Entity &entity, const FilmOptions &options) {
             .WithRemedy(Suggestion(entity.type, &kFilms[0].name, 1));
     filename_ = p.FindString("filename", "");
     resolution_ = {p.FindInt("xresolution", 1280), p.FindInt("yresolution", 720)};
-    if (options.quick)
-        resolution_ = {std::max(1, resolution_.x / 4), std::max(1, resolution_.y / 4)};
+    if (const int n = options.Divisor(); n > 1)
+        resolution_ = {std::max(1, resolution_.x / n), std::max(1, resolution_.y / n)};
     if (resolution_.x <= 0 || resolution_.y <= 0 || int64_t{resolution_.x} * resolution_.y > kMaxPixels)
         throw Error(p.loc, "a film of {} x {} pixels cannot be made", resolution_.x, resolution_.y)
             .WithRemedy("xresolution and yresolution must be positive, at most 2^28 pixels together");
@@ -103,7 +103,8 @@ void Film::MakePixels(bool variance, bool parts) {
 void ClaimFilm(const Entity &entity, const FilmOptions &options) {
     const ParamSet &p = entity.params;
     const Point2i size{p.FindInt("xresolution", 1280), p.FindInt("yresolution", 720)};
-    double pixels = double{1} * std::max(size.x, 0) * std::max(size.y, 0) / (options.quick ? 16 : 1);
+    double pixels = double{1} * std::max(size.x, 0) * std::max(size.y, 0) /
+                    (double{1} * options.Divisor() * options.Divisor());
     std::array<float, 4> crop{0, 1, 0, 1};
     if (const std::vector<float> given = p.FindFloats("cropwindow"); given.size() == 4)
         std::copy(given.begin(), given.end(), crop.begin());

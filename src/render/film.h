@@ -20,6 +20,8 @@ struct FilmOptions {
     bool variance = false;            // keep what the variance needs
     std::optional<bool> denoise = {}; // keep what denoising needs; default: the Film's
                                       // "denoise", where no variance is asked for
+    int shrink = 1;                   // this fraction of the resolution each way; at least 1
+    int Divisor() const { return quick ? 4 * shrink : shrink; } // of the resolution
 };
 
 // The samples first, ..., last - 1 of every pixel.

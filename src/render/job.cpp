@@ -52,7 +52,8 @@ class RenderJob {
   public:
     RenderJob(const SceneDescription &description, const Scene &scene, const JobOptions &options)
         : scene_(scene), options_(options), sceneName_(description.filename),
-          film_(description.film, {options.film.crop, options.quick, options.variance, options.film.denoise}),
+          film_(description.film, {options.film.crop, options.quick, options.variance, options.film.denoise,
+                                   options.film.shrink}),
           camera_(MakeCamera(description.camera, film_.Resolution(),
                              description.film.params.FindFloat("diagonal", 35))),
           filter_(MakeFilter(description.filter)),

@@ -36,6 +36,15 @@ TEST_P(MadeFigure, KeepsItsLaws) {
     FigureOptions options;
     options.quick = true;
     options.scenes = CUTICLE_SOURCE_DIR "/scenes";
+    // What the reference images show is measured; the tests of images ask whether scenes still give them. One
+    // figure is rendered here.
+    const std::string references = CUTICLE_SOURCE_DIR "/reference_images";
+    if (GetParam().measure != nullptr && GetParam().id != std::string("pharr-1.20")) {
+        options.pictures = references;
+        for (const std::string &stem : GetParam().Scenes())
+            if (!fs::exists(references + "/" + stem + ".exr"))
+                GTEST_SKIP() << "no reference image of " << stem << " yet";
+    }
     const FigureData data = MakeFigure(GetParam(), options);
     EXPECT_GE(data.pictures.size(), GetParam().Scenes().size());
     EXPECT_GT(data.table.Rows(), 0u);
@@ -70,9 +79,11 @@ TEST(FigureTable, KnowsTheScenes) {
         EXPECT_EQ(figure.Scenes().empty(), figure.measure == nullptr) << figure.id;
         for (const std::string &stem : figure.Scenes()) {
             EXPECT_TRUE(fs::exists(scenes / (stem + ".pbrt"))) << figure.id << " names " << stem;
-            EXPECT_TRUE(stem == figure.id || (stem.starts_with(figure.id) && stem[stem.size() - 2] == '-'))
+            // Its own, or that of an earlier figure, to be compared with
+            EXPECT_TRUE(stem == figure.id || (stem.starts_with(figure.id) && stem[stem.size() - 2] == '-') ||
+                        named.count(stem) == 1)
                 << stem << " is not named after " << figure.id;
-            EXPECT_TRUE(named.insert(stem).second) << stem;
+            named.insert(stem);
         }
     }
     for (const auto &entry : fs::directory_iterator(scenes)) {

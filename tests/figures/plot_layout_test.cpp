@@ -85,5 +85,18 @@ TEST(PlotLayout, LettersStandBesidePointsNotOnThem) {
     EXPECT_EQ(panel.series[1].markOffset, usual) << "without ranges nothing is known of the places";
 }
 
+// In a diagram, too: the usual side of a point, where a stroke runs, is left to the stroke.
+TEST(PlotLayout, LettersOfADiagramStandOffItsStrokes) {
+    PlotSeries stroke;
+    stroke.x = {0.2, 0.9}, stroke.y = {0.2, 0.9};
+    Plot plot = PlotOf({PointAt(0.5, 0.5, "wide text"), stroke, PointAt(0.2, 0.8, "free")});
+    PlotPanel &panel = plot.panels[0];
+    panel.kind = PlotKind::Diagram;
+    PlaceMarks(&panel, plot.width, plot.height);
+    const std::array<double, 2> usual = {0.7, 0.4};
+    EXPECT_NE(panel.series[0].markOffset, usual);
+    EXPECT_EQ(panel.series[2].markOffset, usual);
+}
+
 } // namespace
 } // namespace cuticle

@@ -63,7 +63,7 @@ std::string HairBall(const std::string &hair, const std::string &light, int dept
 }
 const std::string kWhiteDome = "LightSource \"infinite\" \"rgb L\" [1 1 1]";
 
-// Marschner's figure 14: under a lamp without size, the pictures of R, TT and TRT add up to that of the whole,
+// Marschner's figure 14: under a small lamp, the pictures of R, TT and TRT add up to that of the whole,
 // for no other light is sampled and the random numbers are the same.
 TEST(PathIntegrator, OrdersOfHairAddUpPixelByPixel) {
     const auto picture = [](const std::string &orders) {

@@ -139,7 +139,12 @@ FigureData Deon03(const FigureOptions &) {
 FigureData Deon04(const FigureOptions &) {
     const double v = 0.02;
     FigureData data{Table({"theta_i_rad", "theta_r_rad", "M_per_sr"})};
-    data.plot.width = 620, data.plot.height = 560;
+    data.plot.width = 620, data.plot.height = 560, data.plot.columns = 2;
+    // The same curves, each over its value on the specular cone: they no longer lie on one another.
+    PlotPanel apart;
+    apart.x = {.label = "θ_r (rad)", .min = 0.6, .max = kPi<double> / 2, .step = 0.2};
+    apart.y = {.label = "M_p over its value on the specular cone (dashed)", .min = 0};
+    apart.legend = "top left";
     PlotPanel panel;
     panel.kind = PlotKind::Polar;
     panel.y.label = "M_p (1/sr)";
@@ -161,6 +166,13 @@ FigureData Deon04(const FigureOptions &) {
                 peak = thetaR;
         }
         panel.series.push_back(curve);
+        for (size_t i = 0; i < curve.x.size(); ++i)
+            curve.x[i] *= kDegree, curve.y[i] /= m(-thetaI);
+        curve.color = std::array{0, 2, 3, 5, 7}[cones.size()];
+        apart.series.push_back(curve);
+        PlotSeries mark{.label = "", .x = {-thetaI, -thetaI}, .y = {0, 1}, .error = {}, .color = curve.color};
+        mark.dash = PlotDash::Dashed, mark.width = 1;
+        apart.series.push_back(mark);
         PlotSeries cone;
         cone.x = {-thetaI / kDegree, -thetaI / kDegree}, cone.y = {0, m(-thetaI)};
         cone.color = 4, cone.width = 1;
@@ -175,7 +187,7 @@ FigureData Deon04(const FigureOptions &) {
     panel.series.insert(panel.series.end(), cones.begin(), cones.end());
     for (size_t i = 0; i < 5; ++i)
         panel.series[i].color = std::array{0, 2, 3, 5, 7}[i];
-    data.plot.panels = {panel};
+    data.plot.panels = {panel, apart};
     data.checks = {{"the peak lies beyond the specular cone, by at least (rad)", minShift, 1e-3, 0.5},
                    {"its distance grows with every step of θ_i, by at least (rad)", minGrowth, 1e-3, 0.5}};
     return data;
@@ -322,20 +334,19 @@ FigureData Deon08(const FigureOptions &) {
         map.columns = 721, map.rows = 2, map.xMin = -180.25, map.xMax = 180.25;
         PlotSeries curve;
         curve.label = rough ? "β = 25°" : "β = 0.5°";
-        double brightest = 0;
         for (const double degrees : Linspace(-180, 180, map.columns)) {
             const std::array<double, 3> n = around.Value(1, fiber, degrees * kDegree).n;
             data.table.Add({rough ? 25. : 0.5, degrees, n[0], n[1], n[2]});
             map.colors.emplace_back(static_cast<float>(n[0]), static_cast<float>(n[1]),
                                     static_cast<float>(n[2]));
-            brightest = std::max(brightest, Luminance(n));
-            // Where there is no light there is no colour.
+            // Each column by itself, as bright as the others: the colour shows, and where there is no light
+            // there is none.
+            const double largest = *std::max_element(n.begin(), n.end());
+            map.colors.back() *= largest > 1e-4 ? static_cast<float>(1 / largest) : 0.f;
             curve.x.push_back(degrees), curve.y.push_back(n[0] > 1e-4 ? n[2] / n[0] : NAN);
             if (degrees == 180)
                 atPi[rough] = n[2] / n[0];
         }
-        for (Spectrum &color : map.colors)
-            color *= static_cast<float>(1 / brightest);
         const std::vector<Spectrum> row = map.colors; // gnuplot draws no picture of one row
         map.colors.insert(map.colors.end(), row.begin(), row.end());
         ratio.series.push_back(curve);
@@ -353,7 +364,10 @@ FigureData Deon08(const FigureOptions &) {
         {"so the colour shifts toward blue, B / R growing by the factor", atPi[1] / atPi[0], shift * 0.999,
          shift * 1.001},
     };
-    data.note = fmt::format("Straight on, B / R is {:.3f} smooth and {:.3f} rough.", atPi[0], atPi[1]);
+    data.note =
+        fmt::format("Straight on, B / R is {:.3f} smooth and {:.3f} rough. The paper shows brightness, too, "
+                    "in which the shift is hard to see.",
+                    atPi[0], atPi[1]);
     return data;
 }
 
@@ -429,9 +443,12 @@ FigureData Deon09(const FigureOptions &options) {
         {"mean CIEDE2000 of spectral and RGB colours of pure pigments", mean, 0, 2.5},
         {"greatest CIEDE2000", largest, 0, 5},
     };
-    data.note = fmt::format("The unit that fits best is {:.4f} mm of pure pigment: CIEDE2000 is then {:.1f} "
-                            "in the mean and {:.1f} at most.",
-                            unit, mean, largest);
+    data.note =
+        fmt::format("The unit that fits best is {:.4f} mm of pure pigment: CIEDE2000 is then {:.1f} "
+                    "in the mean and {:.1f} at most. The paper finds the edge difficult to notice; side by "
+                    "side a difference of 1 is just noticed, so here it can be seen in places: its "
+                    "thicknesses, and so its unit, are not printed.",
+                    unit, mean, largest);
     return data;
 }
 

@@ -1,5 +1,6 @@
 // The papers' diagrams in the section and from the side. The rays are traced with vectors, and a law checks
 // the papers' formulas against them.
+#include "fibers/ap.h"
 #include "fibers/gaussian.h"
 #include "fibers/smooth_fiber.h"
 #include "figures/papers/paper_figures.h"
@@ -142,8 +143,14 @@ FigureData Pharr1_5(const FigureOptions &) {
     sheet.Letters({-2, h + 0.03}, "from the viewer", kBlue);
     FigureData data = Finish(SectionTable(), sheet, 560, 440);
     AddRows(&data.table, h, path);
-    data.checks = {{"sin γ_o at the drawn point is h, off by",
-                    std::abs(std::sin(std::acos(Dot(p, {-1, 0}))) - h), 0, 1e-12}};
+    // A mirror turns the ray by pi - 2 gamma_o: traced, not taken from h.
+    const double turn = std::acos(Dot(path.leaves[0], {1, 0}));
+    data.checks = {
+        {"a mirror there turns the traced ray by π − 2 γ_o, off by (rad)",
+         std::abs(turn - (kPi<double> - 2 * gamma)), 0, 1e-12},
+        {"the fiber's own angle between ray and normal is γ_o, off by (rad)",
+         std::abs(Refract(1., h, std::sqrt(1 - h * h), kEta, Sqr(kEta) - 1).cosIncident - std::cos(gamma)), 0,
+         1e-12}};
     return data;
 }
 
@@ -171,8 +178,10 @@ FigureData Pharr1_6(const FigureOptions &) {
         mean += above[k].y / static_cast<double>(above.size());
     }
     data.checks = {
-        {"the drawn scale's normal leans toward the root by α, off by (rad)",
-         std::abs(std::acos(Dot(At(normal), {0, 1})) - alpha) + (At(normal).x < 0 ? 0 : 1), 0, 1e-7},
+        {"light straight from above is reflected toward the root, by 2 α, off by (rad)",
+         std::abs(std::atan2(ReflectAt(At(normal), P2{0, -1}).x, ReflectAt(At(normal), P2{0, -1}).y) +
+                  2 * alpha),
+         0, 1e-12},
         {"the scales lie about the cylinder, their mean height off by", std::abs(mean - 1), 0, 1e-12}};
     return data;
 }
@@ -276,16 +285,30 @@ FigureData Pharr1_14(const FigureOptions &) {
     const double h = 0.5;
     const SectionPath path = TraceSection(h, 2);
     const std::array<const char *, 3> names = {"R: -2γ_o", "TT: 2γ_t - 2γ_o + π", "TRT: 4γ_t - 2γ_o + 2π"};
-    Sheet sheet({-2.4, -1.5}, {2.6, 1.9});
+    Sheet sheet({-2.4, -1.5}, {3.3, 1.9});
     DrawSection(&sheet);
     sheet.Arrow({-2.3, h}, path.points[0], kInk, PlotDash::Solid, 0.5);
     for (size_t p = 0; p < 3; ++p) {
         sheet.Line({{}, path.points[p] * 1.25}, kInk, PlotDash::Dotted);
         if (p > 0)
             sheet.Line({path.points[p - 1], path.points[p]}, kInk, PlotDash::Solid, 2);
-        const P2 end = path.points[p] + path.leaves[p] * 0.9;
+        const P2 end = path.points[p] + path.leaves[p] * 0.9, n = path.points[p];
         sheet.Arrow(path.points[p], end, kPathColors[p]);
-        sheet.Letters(end + P2{p == 2 ? -0.4 : 0, p == 2 ? -0.12 : 0}, names[p], kPathColors[p]);
+        sheet.Letters(end, names[p], kPathColors[p]);
+        // Between the normal outside and each ray there gamma_o, between that inside and each ray gamma_t
+        const auto angle = [&](P2 from, P2 to, double radius, const char *name, int color) {
+            const double a = std::atan2(from.y, from.x),
+                         b = a + std::remainder(std::atan2(to.y, to.x) - a, 2 * kPi<double>);
+            sheet.Arc(n, radius, a, b, color);
+            sheet.Letters(n + At((a + b) / 2, radius * 1.2), name, color);
+        };
+        angle(n, path.leaves[p], 0.3, "γ_o", kOrange);
+        if (p == 0)
+            angle(n, {-1, 0}, 0.3, "γ_o", kOrange);
+        if (p > 0)
+            angle(n * -1, path.points[p - 1] - n, 0.35, "γ_t", kPink);
+        if (p < 2)
+            angle(n * -1, path.points[p + 1] - n, 0.35, "γ_t", kPink);
     }
     FigureData data = Finish(SectionTable(), sheet, 640, 460);
     AddRows(&data.table, h, path);

@@ -56,10 +56,17 @@ constexpr std::array kFigures = std::to_array<Figure>({
      "0.5 and what Table 1 derives from them. Angles: θ_r, beyond ±90° on the far side.",
      Marschner10},
     {"marschner-11", Photo, "Photograph of brown hair.", nullptr},
-    {"marschner-12", Render, "Kajiya and Kay's model against Marschner's.", nullptr},
-    {"marschner-13", Render, "62,000 fibers under an environment map.", nullptr},
-    {"marschner-14", Render, "R alone, TRT alone, all; round and eccentric fibers.", nullptr},
-    {"marschner-15", Render, "The same hair under lights from several directions.", nullptr},
+    {"marschner-12", Render,
+     "Combed brown hair, a lamp near the camera: Kajiya and Kay's model against Marschner's, whose second "
+     "highlight has the hair's colour.",
+     nullptr, "marschner-12-a marschner-12-b", MeasureMarschner12},
+    {"marschner-13", Render, "62,000 fibers under a sky.", nullptr, "marschner-13", MeasureMarschner13},
+    {"marschner-14", Render,
+     "Direct light on combed hair: R alone, TRT alone, all; fibers of a section 0.9:1; the same enlarged.",
+     nullptr, "marschner-14-a marschner-14-b marschner-14-c marschner-14-d marschner-14-e",
+     MeasureMarschner14},
+    {"marschner-15", Render, "The same hair under a lamp in several places.", nullptr,
+     "marschner-15-a marschner-15-b marschner-15-c marschner-15-d", MeasureMarschner15},
     {"marschner-16", Diagram,
      "Reflection and refraction over all normals n of a fiber, on the unit sphere with the fiber's axis u "
      "upright, and one refraction projected on the plane of the normals; η = 1.55.",
@@ -93,21 +100,24 @@ constexpr std::array kFigures = std::to_array<Figure>({
      Deon07},
     {"deon-08", Plot,
      "Colour of N_{TT} around a nearly smooth (β = 0.5°, top) and a rough (25°, middle) brown fiber, "
-     "eumelanin 1.3, θ_d = 0; brightest luminance 1. Bottom: blue over red.",
+     "eumelanin 1.3, θ_d = 0; every column as bright. Bottom: blue over red.",
      Deon08},
     {"deon-09", Plot,
      "Colour of D65 light through eumelanin and pheomelanin against thickness, in the unit of the RGB "
      "cross-sections. Top and bottom: the pure pigments, outer half of the strip by 40 spectral bands, inner "
      "half by RGB. Between: mixtures, by bands. Below: the difference.",
      Deon09},
-    {"deon-10", Render, "From eumelanin to pheomelanin, concentration growing to the right.", nullptr},
+    {"deon-10", Render,
+     "Above, pure eumelanin; below, pure pheomelanin; between, both; concentration grows to the right.",
+     nullptr, "deon-10", MeasureDeon10},
     {"deon-11", Render, "Light hair by dual scattering: Gaussian against energy-conserving M.", nullptr},
     {"deon-12", Render, "Several natural colours, glints without controls.", nullptr},
     {"deon-13", Photo, "Feathers, which the paper leaves to future work.", nullptr},
 
     // Pharr 2016
-    {"pharr-1.1", Render, "Curly hair, path traced.", nullptr},
-    {"pharr-1.2", Render, "The same, direct light only.", nullptr},
+    {"pharr-1.1", Render, "Light curly hair, path traced.", nullptr, "pharr-1.1", MeasurePharr1_1},
+    {"pharr-1.2", Render, "The hair of figure 1.1 with direct light only.", nullptr, "pharr-1.2 pharr-1.1",
+     MeasurePharr1_2},
     {"pharr-1.3", Diagram, "All normals of a fiber at one place along it lie in one plane, the normal plane.",
      Pharr1_3},
     {"pharr-1.4", Diagram, "The angles θ, from the normal plane, and φ, around the fiber.", Pharr1_4},
@@ -118,14 +128,18 @@ constexpr std::array kFigures = std::to_array<Figure>({
      Pharr1_6},
     {"pharr-1.7", Diagram, "The paths R, TT and TRT through a smooth fiber, from the side; η = 1.55.",
      Pharr1_7},
-    {"pharr-1.8", Render, "β_m = 0.1, 0.25, 0.6 under a skylight.", nullptr},
+    {"pharr-1.8", Render, "Brown hair under a skylight, by its longitudinal roughness.", nullptr,
+     "pharr-1.8-a pharr-1.8-b pharr-1.8-c", MeasurePharr1_8},
     {"pharr-1.9", Plot, "M_p against θ_i for fixed θ_o; v = 0.02. Dashed: the specular direction θ_i = -θ_o.",
      Pharr1_9},
-    {"pharr-1.10", Render, "Three absorptions: black, brown, blonde.", nullptr},
+    {"pharr-1.10", Render, "Hair by its absorption, β_m = 0.125, β_n = 0.3.", nullptr,
+     "pharr-1.10-a pharr-1.10-b pharr-1.10-c", MeasurePharr1_10},
     {"pharr-1.11", Diagram, "Refraction at the fiber: γ_o outside, γ_t inside; η = 1.55.", Pharr1_11},
     {"pharr-1.12", Diagram, "The length of a segment, seen along the fiber.", Pharr1_12},
     {"pharr-1.13", Diagram, "The length of a segment, seen from the side.", Pharr1_13},
-    {"pharr-1.14", Diagram, "The turns that make up Φ(p, h).", Pharr1_14},
+    {"pharr-1.14", Diagram,
+     "The turns that make up Φ(p, h): γ_o where light enters, leaves or is reflected, γ_t inside.",
+     Pharr1_14},
     {"pharr-1.15", Plot, "Φ(1, h), the turn of light that passes straight through the fiber; η = 1.55.",
      Pharr1_15},
     {"pharr-1.16", Plot, "The logistic function trimmed to ±π.", Pharr1_16},
@@ -133,8 +147,11 @@ constexpr std::array kFigures = std::to_array<Figure>({
      "N_1 around the fiber (distance from the centre; φ = 0 is back to the viewer); β_n = 0.1, θ_o = 0, η = "
      "1.55.",
      Pharr1_17},
-    {"pharr-1.18", Render, "β_n = 0.3, 0.6, 0.9.", nullptr},
-    {"pharr-1.19", Render, "Scales not tilted, and tilted by 2 degrees.", nullptr},
+    {"pharr-1.18", Render, "Hair by its azimuthal roughness, β_m = 0.3: rougher is lighter.", nullptr,
+     "pharr-1.18-a pharr-1.18-b pharr-1.18-c", MeasurePharr1_18},
+    {"pharr-1.19", Render,
+     "Hair whose scales lie flat, and hair whose scales are tilted by 2°: white and coloured highlight part.",
+     nullptr, "pharr-1.19-a pharr-1.19-b", MeasurePharr1_19},
     {"pharr-1.20", Render, "Two spheres beside two cubes of hairs of their colours, under a white dome.",
      nullptr, "pharr-1.20", MeasurePharr1_20},
 
@@ -200,8 +217,8 @@ std::string Effort(std::span<const FigurePicture> pictures) {
     double seconds = 0;
     for (const FigurePicture &p : pictures)
         seconds += p.cpuSeconds;
-    return fmt::format("{} × {} pixels, {} samples each, {:.0f} s of CPU time.", first.image.width,
-                       first.image.height, first.samples, seconds);
+    return fmt::format("{} × {} pixels, {} samples each{}.", first.image.width, first.image.height,
+                       first.samples, seconds > 0 ? fmt::format(", {:.0f} s of CPU time", seconds) : "");
 }
 
 } // namespace
@@ -211,7 +228,8 @@ FigureData MakeFigure(const Figure &figure, const FigureOptions &options) {
         return figure.make(options);
     std::vector<FigurePicture> pictures;
     for (const std::string &name : figure.Scenes())
-        pictures.push_back(RenderScene(name, options));
+        pictures.push_back(options.pictures.empty() ? RenderScene(name, options)
+                                                    : ReadPicture(name, options.pictures));
     FigureData data = figure.measure(options, pictures);
     data.note += (data.note.empty() ? "" : " ") + Effort(pictures);
     data.pictures = std::move(pictures);

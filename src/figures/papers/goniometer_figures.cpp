@@ -59,6 +59,27 @@ double Peak(const LobeSlice &slice, double from, double to) {
             sum += above, weighted += above * angle;
     return weighted / sum;
 }
+// How many maxima a lobe has within 80 degrees, smoothed over seven cells: a noise of a twentieth of the
+// largest value counts for nothing.
+double Maxima(const LobeSlice &slice) {
+    std::vector<double> v;
+    for (size_t i = 3; i + 3 < slice.value.size(); ++i)
+        if (std::abs(slice.angle[i]) < 80 * kDegree)
+            v.push_back(
+                std::accumulate(slice.value.begin() + long(i) - 3, slice.value.begin() + long(i) + 4, 0.) /
+                7);
+    const double slack = *std::max_element(v.begin(), v.end()) / 20;
+    double count = 0, low = 0, high = 0; // since the last maximum, or before the first
+    bool rising = true;
+    for (const double x : v) {
+        high = std::max(high, x), low = std::min(low, x);
+        if (rising && x < high - slack)
+            ++count, rising = false, low = x;
+        else if (!rising && x > low + slack)
+            rising = true, high = x;
+    }
+    return count;
+}
 // Half of the circle on the light's side, without the last degrees, where S is a quotient of two small
 // numbers.
 constexpr double kSeen = 80 * kDegree;
@@ -70,14 +91,14 @@ FigureData Marschner04(const FigureOptions &options) {
         const char *name, *title;
         FiberDescription fiber;
     };
-    const Sample samples[] = {{"black", "black hair (σ_a = 10)", Hair({10})},
+    const Sample samples[] = {{"black", "black hair (σ_a = 1.3)", Hair({1.3})},
                               {"blond", "blond hair (σ_a = 0.13, red)", Hair({kBlond[0]})},
                               {"synthetic", "synthetic (no scales)", Hair({kBlond[0]}, 0)}};
     FigureData data{Table({"fiber", "theta_i_deg", "angle_deg", "S_R", "S_TRT", "S_all", "standard_error"})};
     data.plot.columns = 3, data.plot.width = 420, data.plot.height = 420;
     GoniometerView view;
     view.quantity = GoniometerQuantity::S, view.halfWidth = 5 * kDegree;
-    double minShift = 180, maxShift = -180, synthetic = 0, black = 0, blond = 180;
+    double minShift = 180, maxShift = -180, synthetic = 0, black = 0, blond = 180, lobes = 0;
     for (const Sample &sample : samples) {
         PlotPanel panel;
         panel.kind = PlotKind::Polar;
@@ -104,7 +125,8 @@ FigureData Marschner04(const FigureOptions &options) {
             }
             minShift = std::min(minShift, -shift), maxShift = std::max(maxShift, -shift);
             if (sample.fiber.sigmaA[0] > 1)
-                black = std::max(black, MaxOf(trt, -kSeen, kSeen) / MaxOf(r, -kSeen, kSeen));
+                black = std::max(black, MaxOf(trt, -kSeen, kSeen) / MaxOf(r, -kSeen, kSeen)),
+                lobes = std::max(lobes, Maxima(all));
             else
                 blond = std::min(blond, Peak(trt, -kSeen, kSeen) / kDegree + theta);
         }
@@ -115,7 +137,8 @@ FigureData Marschner04(const FigureOptions &options) {
          minShift, 6, 10},
         {"and at most", maxShift, 6, 10},
         {"R of the fiber without scales lies in the specular direction, off by (degrees)", synthetic, 0, 1},
-        {"black hair has no second lobe: TRT over R", black, 0, 0.01},
+        {"black hair has no second lobe: TRT over R", black, 1e-4, 0.05},
+        {"and one maximum on the light's side", lobes, 1, 1},
         {"blond hair has: TRT lies toward the tip, at least (degrees)", blond, 3, 40}};
     data.note = fmt::format("Simulated fibers (η = 1.55, scales of 4°, roughness 0.06) stand in for the "
                             "measured hairs. R lies {:.1f}° to {:.1f}° toward the root.",
@@ -203,9 +226,11 @@ FigureData Marschner05(const FigureOptions &options) {
             fmt::format("{}{:.2f}", data.note.empty() ? "TRT over R, at their peaks: " : ", ", ratio);
         first = thetaD == 0 ? ratio : first, last = ratio;
     }
-    data.note += " at θ_d = 0, 20, 40, 60°: it grows while its two glints come together (at 47° in a round "
-                 "fiber), then "
-                 "fades. A simulated blond fiber stands in for the measured one.";
+    data.note +=
+        " at θ_d = 0, 20, 40, 60°. The paper's fades from the start; a round fiber's grows while its "
+        "two glints come together (at 47°), then fades: the measured hair, whose section is not known, "
+        "need not be round. Nor has the simulation the paper's sharp peak at the specular angle. A "
+        "simulated blond fiber stands in for the measured one.";
     data.checks = {
         {"R lies on the root's side, θ_h at most (degrees)", rPeak, -10, -1},
         {"TRT lies on the tip's side, θ_h at least (degrees)", trtPeak, 1, 20},
@@ -250,7 +275,7 @@ FigureData Marschner07(const FigureOptions &options) {
     uint64_t seed = 1;
     const auto measured = [&](double phi, size_t c) {
         const FiberLight light = {0, phi * kDegree, {}};
-        const FiberHistogram h = Measured(hair, light, options, 1e6, {60, 120}, ++seed);
+        const FiberHistogram h = Measured(hair, light, options, 1.5e6, {60, 240}, ++seed);
         return std::pair(GoniometerSlice(h, light, view, c, 0), GoniometerSlice(h, light, view, h.Sum(), 0));
     };
     LobeSlice at30, at60;
@@ -281,8 +306,11 @@ FigureData Marschner07(const FigureOptions &options) {
          DifferenceInErrors(at30, measured(-30, kTRT).first, true), 0.7, 1.3},
         {"the fiber is not round: φ_i = 30° and 60°, difference in standard errors",
          DifferenceInErrors(at30, at60, false), 4, 1e3}};
-    data.note =
-        "Only the simulated TRT is drawn, the paper's green curves; the ellipse shows the section (0.7:1).";
+    data.note = "Only the simulated TRT is drawn, the paper's green curves; the ellipse shows the section "
+                "(0.7:1). The "
+                "measured curves, which are not available, need not agree: their fiber was another hair of "
+                "that head. Where "
+                "light comes along the major axis (φ_i = 0) the two glints have met.";
     return data;
 }
 
@@ -324,7 +352,7 @@ FigureData Marschner08(const FigureOptions &options) {
     const FiberHistogram h = Measured(hair, light, options, 2e6, {180, 72});
     // The specular cone of a facet that leans by alpha and lies half way, phi / 2, around the fiber.
     const auto law = [&](double phi) { return 2 * hair.alpha / kDegree * std::cos(phi / 2 * kDegree); };
-    double off = 0, first = 0, shift = 0, best = 0, bestPhi = 0, last = 0;
+    double off = 0, first = 0, shift = 0, best = 0, bestPhi = 0, last = 0, forwardShift = 0;
     for (const bool forward : {false, true}) {
         PlotPanel panel;
         panel.title = forward ? "forward half" : "backward half";
@@ -344,8 +372,11 @@ FigureData Marschner08(const FigureOptions &options) {
                 data.table.Add({phi, lobes[0].angle[i] / kDegree, lobes[0].value[i], lobes[1].value[i],
                                 lobes[2].value[i], lobes[3].value[i], lobes[3].error[i]});
             panel.series.push_back(Within85Degrees(lobes[3], fmt::format("φ = {:g}°", phi)));
-            if (forward)
+            if (forward) {
+                forwardShift =
+                    Peak(cut(kTT), -kSeen, kSeen) / kDegree - 45; // the last one is that of phi = 180
                 continue;
+            }
             shift = 45 - peak;
             first = phi == 0 ? shift : first;
             off = std::max(off, std::abs(shift - law(phi)));
@@ -364,12 +395,19 @@ FigureData Marschner08(const FigureOptions &options) {
          law(90) / law(0) * (1 - halfRow / shift), law(90) / law(0) * (1 + halfRow / shift)},
         {"TRT is strongest out of the plane of incidence, at φ (degrees)", bestPhi, 15, 45},
         {"and dies out: at φ = 90°, over its greatest", last / best, 0, 0.1},
-        {"TT's share of what goes forward", ShareOfTTForward(h), 0.8, 1}};
-    data.note = fmt::format("A simulated blond fiber (0.75:1, the light along its minor axis) stands in for "
-                            "the measured one. R lies toward the root by {:.1f}° at φ = 0 and {:.1f}° at "
-                            "90°, within {:.1f}° of 2 α cos(φ/2), since only facets that face the light lean "
-                            "by all of α in the plane that matters; the paper has one shift for all φ.",
-                            first, shift, off);
+        {"TT's share of what goes forward", ShareOfTTForward(h), 0.8, 1},
+        {"straight on (φ = 180°) it lies toward the tip of the cone, as facets that lean by 4° send it "
+         "(degrees)",
+         forwardShift, 6.3 * 4 / 3 - 1.5, 6.3 * 4 / 3 + 1.5}};
+    data.note =
+        fmt::format("A simulated blond fiber (0.75:1, the light along its minor axis) stands in for "
+                    "the measured one. R lies toward the root by {:.1f}° at φ = 0 and {:.1f}° at "
+                    "90°, within {:.1f}° of 2 α cos(φ/2), since only facets that face the light lean "
+                    "by all of α in the plane that matters; the paper has one shift for all φ. Forward, TT "
+                    "lies {:.1f}° off the cone where the paper says not appreciably: a fiber of scales that "
+                    "all lean by 4° cannot do otherwise, for it is a prism; what we lack is the paper's "
+                    "unknown hair, whose scales are worn.",
+                    first, shift, off, forwardShift);
     return data;
 }
 

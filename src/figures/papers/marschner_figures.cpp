@@ -61,7 +61,12 @@ FigureData Marschner10(const FigureOptions &) {
                    {"R lies toward the root of the specular direction, at least (degrees)", rMin, 6, 10},
                    {"and at most", rMax, 6, 10},
                    {"TRT lies toward the tip, at least (degrees)", trtMin, 3, 40}};
-    data.note = fmt::format("R lies {:.1f}° to {:.1f}° toward the root.", rMin, rMax);
+    data.note =
+        fmt::format("R lies {:.1f}° to {:.1f}° toward the root, as figure 4 measures. The paper prints no "
+                    "parameters; its Table 1 would have α_R from −10° to −5°, which puts R 10° to 20° "
+                    "toward the root. Its lobe toward grazing is broader than ours: the model has M in "
+                    "θ_h, here in the form that conserves energy.",
+                    rMin, rMax);
     return data;
 }
 

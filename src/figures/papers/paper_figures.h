@@ -53,6 +53,17 @@ FigureData Petrovic4(const FigureOptions &options);
 FigureData Petrovic5(const FigureOptions &options);
 
 // Rendered: of the pictures of the figure's scenes
+FigureData MeasureMarschner12(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasureMarschner13(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasureMarschner14(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasureMarschner15(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasureDeon10(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasurePharr1_1(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasurePharr1_2(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasurePharr1_8(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasurePharr1_10(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasurePharr1_18(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasurePharr1_19(const FigureOptions &options, std::span<const FigurePicture> pictures);
 FigureData MeasurePharr1_20(const FigureOptions &options, std::span<const FigurePicture> pictures);
 
 // The book's own

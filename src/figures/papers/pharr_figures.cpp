@@ -32,7 +32,9 @@ FigureData Pharr1_9(const FigureOptions &) {
                 peak = thetaI;
         }
         panel.series = {curve};
-        panel.lines = {{.vertical = true, .at = -thetaO, .label = ""}};
+        PlotSeries specular{.label = "", .x = {-thetaO, -thetaO}, .y = {0, m(peak)}, .error = {}, .color = 7};
+        specular.dash = PlotDash::Dashed, specular.width = 1.5;
+        panel.series.push_back(specular);
         data.plot.panels.push_back(panel);
         const GaussLegendreRule &rule = GaussLegendre(64);
         double mass = 0;

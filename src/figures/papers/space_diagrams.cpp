@@ -178,10 +178,14 @@ FigureData Pharr1_4(const FigureOptions &) {
     FigureData data =
         Finish(Table({"theta_deg", "phi_deg", "omega_x", "omega_y", "omega_z"}), sheet, 520, 470);
     data.table.Add({Degrees(theta), Degrees(phi), w.x, w.y, w.z});
-    data.checks = {{"the length of the drawn direction is", std::sqrt(w.x * w.x + w.y * w.y + w.z * w.z),
-                    1 - 1e-12, 1 + 1e-12},
-                   {"θ is the angle between ω and its foot in the normal plane, off by",
-                    std::abs(std::acos(w.y * foot.y + w.z * foot.z) - theta), 0, 1e-7}};
+    // The fiber models' own angles, which know nothing of how the arrow was drawn.
+    const FiberAngles<double> angles = AnglesOf(w.x, w.y, w.z);
+    data.checks = {
+        {"the models find θ in the drawn direction, off by (rad)",
+         std::abs(std::atan2(angles.sinTheta, angles.cosTheta) - theta), 0, 1e-12},
+        {"and φ, from y toward z, off by (rad)", std::abs(std::atan2(angles.z, angles.y) - phi), 0, 1e-12},
+        {"the arc of θ ends in the normal plane below ω: the plane of ω, its foot and the axis, off by",
+         std::abs(w.y * foot.z - w.z * foot.y), 0, 1e-12}};
     return data;
 }
 
@@ -220,12 +224,18 @@ FigureData Marschner03(const FigureOptions &) {
     data.table.Add({"i", Degrees(thetaI), Degrees(phiI), i.x, i.y, i.z});
     data.table.Add({"r", Degrees(thetaR), Degrees(phiR), r.x, r.y, r.z});
     const SinCosine<double> turn = RelativeAzimuth(AnglesOf(i.x, i.y, i.z), AnglesOf(r.x, r.y, r.z));
-    data.checks = {{"the model's azimuth between the drawn directions is φ_r - φ_i, off by (rad)",
-                    std::abs(std::atan2(turn.sin, turn.cos) - (phiR - phiI)), 0, 1e-12},
-                   {"their inclinations from the normal plane are θ_i and θ_r, off by (rad)",
-                    std::abs(std::atan2(i.x, AnglesOf(i.x, i.y, i.z).cosTheta) - thetaI) +
-                        std::abs(std::atan2(r.x, AnglesOf(r.x, r.y, r.z).cosTheta) - thetaR),
-                    0, 1e-12}};
+    data.checks = {
+        {"the model's azimuth between the drawn directions is φ_r - φ_i, off by (rad)",
+         std::abs(std::atan2(turn.sin, turn.cos) - (phiR - phiI)), 0, 1e-12},
+        // Along the fiber the half vector has 2 sin theta_h cos theta_d, whatever the azimuths.
+        {"the drawn directions add up to 2 sin θ_h cos θ_d along the fiber, off by",
+         std::abs(i.x + r.x - 2 * std::sin((thetaI + thetaR) / 2) * std::cos((thetaR - thetaI) / 2)), 0,
+         1e-12},
+        {"and the angle between them is that of θ_i, θ_r and φ on the sphere, off by (rad)",
+         std::abs(std::acos(i.x * r.x + i.y * r.y + i.z * r.z) -
+                  std::acos(std::sin(thetaI) * std::sin(thetaR) +
+                            std::cos(thetaI) * std::cos(thetaR) * std::cos(std::atan2(turn.sin, turn.cos)))),
+         0, 1e-12}};
     data.note = fmt::format(
         "Here θ_h = (θ_i + θ_r)/2 is {:.1f}°, θ_d = (θ_r - θ_i)/2 is {:.1f}° and φ = φ_r - φ_i is {:.0f}°.",
         Degrees(thetaI + thetaR) / 2, Degrees(thetaR - thetaI) / 2, Degrees(phiR - phiI));
