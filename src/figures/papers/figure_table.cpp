@@ -156,7 +156,7 @@ constexpr std::array kFigures = std::to_array<Figure>({
      nullptr, "pharr-1.20", MeasurePharr1_20},
 
     // Petrovic, Henne and Anderson
-    {"petrovic-1", Render, "Simulated and shaded volumetric hair.", nullptr},
+    {"petrovic-1", Render, "Simulated and shaded volumetric hair.", Petrovic1},
     {"petrovic-2", Plot, "A hair model, and two planes through the signed distance S to its shell.",
      Petrovic2},
     {"petrovic-3", Render,
@@ -164,7 +164,7 @@ constexpr std::array kFigures = std::to_array<Figure>({
      Petrovic3},
     {"petrovic-4", Render, "A simulated frame without and with smoothed velocities.", Petrovic4},
     {"petrovic-5", Render, "Start shape, target shape, shape reached by density forces.", Petrovic5},
-    {"petrovic-6", Render, "Several styles, gelled and loose.", nullptr},
+    {"petrovic-6", Render, "Several styles, gelled and loose.", Petrovic6},
     {"petrovic-videos", Animation, "Level set, normals, simulation, directed simulation.", nullptr},
 
     // The book's own

@@ -47,10 +47,12 @@ FigureData Pharr1_16(const FigureOptions &options);
 FigureData Pharr1_17(const FigureOptions &options);
 
 // Petrovic et al. 2005
+FigureData Petrovic1(const FigureOptions &options);
 FigureData Petrovic2(const FigureOptions &options);
 FigureData Petrovic3(const FigureOptions &options);
 FigureData Petrovic4(const FigureOptions &options);
 FigureData Petrovic5(const FigureOptions &options);
+FigureData Petrovic6(const FigureOptions &options);
 
 // Rendered: of the pictures of the figure's scenes
 FigureData MeasureMarschner12(const FigureOptions &options, std::span<const FigurePicture> pictures);

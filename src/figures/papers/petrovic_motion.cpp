@@ -26,8 +26,9 @@ struct MotionQuality {
           widthScale(quick ? 13.f : 4.f), keys(quick ? 250 : 1500), points(quick ? 16 : 24) {}
 };
 
-Groom StraightHead(const MotionQuality &quality) {
-    GroomParams params = MakeGroomParams("head", "straight");
+Groom GrownHead(const MotionQuality &quality, const char *style, float length = 34) {
+    GroomParams params = MakeGroomParams("head", style);
+    params.length = length;
     params.strands = quality.strands;
     params.widthScale = quality.widthScale;
     return MakeGroom(params);
@@ -56,14 +57,15 @@ std::string TransformText(const Pose &pose) {
 
 // Renders hair, and the head where it stands.
 FigurePicture RenderHead(const std::string &name, const MotionQuality &quality, const std::string &lookAt,
-                         const Pose &pose, const std::string &hair) {
+                         const Pose &pose, const std::string &hair,
+                         const std::string &integrator = "\"path\" \"integer maxdepth\" 16") {
     FigurePicture picture;
     picture.name = name;
     picture.samples = quality.spp;
     picture.image = RenderText(
         fmt::format("Film \"image\" \"integer xresolution\" {0} \"integer yresolution\" {0} \"bool denoise\" "
                     "\"true\"\n"
-                    "PixelFilter \"gaussian\" Integrator \"path\" \"integer maxdepth\" 16\n"
+                    "PixelFilter \"gaussian\" Integrator {4}\n"
                     "Scale -1 1 1 LookAt {1} 0 1 0\n"
                     "Camera \"perspective\" \"float fov\" 27\n"
                     "WorldBegin\n"
@@ -72,7 +74,7 @@ FigurePicture RenderHead(const std::string &name, const MotionQuality &quality, 
                     "{2}AttributeBegin\n{3}"
                     "Material \"matte\" \"rgb Kd\" [0.5 0.36 0.3] Shape \"groomhead\"\n"
                     "AttributeEnd\nWorldEnd\n",
-                    quality.side, lookAt, hair, TransformText(pose)),
+                    quality.side, lookAt, hair, TransformText(pose), integrator),
         quality.spp);
     return picture;
 }
@@ -119,12 +121,51 @@ ShakenHead Shake(const Groom &groom, const SimulationSettings &settings, size_t 
     return found;
 }
 
+// A turn to each side, and back.
+HeadMotion TurnsOf(double angle) {
+    return HeadMotion({{0, {}, {}}, {0.3, {0, angle, 0}, {}}, {0.6, {0, -angle, 0}, {}}, {0.9, {}, {}}},
+                      {0, -12, -3});
+}
+
 } // namespace
+
+// Curls in gel, which keep their shape, in the middle of a motion; lit by the shell's normals, deep shadows.
+FigureData Petrovic1(const FigureOptions &options) {
+    const MotionQuality quality(options.quick);
+    SimulationSettings settings;
+    settings.keyHairs = quality.keys, settings.points = quality.points * 2;
+    settings.framesPerSecond = 60;
+    settings.motion = TurnsOf(Radians(40.));
+    settings.coupling.drag = 60;
+    const ShakenHead head = Shake(GrownHead(quality, "curly"), settings, 30);
+    FigureData data{Table({"stretch", "penetration_cm", "mean_swing_cm", "mean_luminance"})};
+    const std::string hair =
+        HairText(head.hair,
+                 "\"string model\" \"kajiya-kay\" \"rgb Kd\" [0.85 0.55 0.28] \"rgb Ks\" [0.1 "
+                 "0.09 0.08] \"float exponent\" 30",
+                 [](size_t) { return true; });
+    AddPanel(&data, "",
+             RenderHead("petrovic-1-a", quality, "60 5 -100  0 -4 0", head.pose, hair,
+                        fmt::format("\"hairlight\" \"bool shellnormals\" true \"float shellcell\" {}",
+                                    options.quick ? 1.2 : 0.6)));
+    const double light = MeanLuminance(data.pictures[0].image, {0.35, 0.65, 0.3, 0.6});
+    data.table.Add({head.worst.stretch, head.worst.penetration, head.swing, light});
+    data.plot.width = 620, data.plot.height = 660;
+    data.note = fmt::format(
+        "Curls half a second into a shake, {} key hairs of {} points; tips have moved by {:.1f} cm against "
+        "the head in the mean. Key hairs are rods where the paper has springs. Single scattering only.",
+        quality.keys, settings.points, head.swing);
+    data.checks = {{"greatest stretch", head.worst.stretch, 0, 1e-5},
+                   {"deepest point in the head, cm", head.worst.penetration, 0, 1e-5},
+                   {"the tips' mean swing, cm", head.swing, 0.3, 20},
+                   {"mean luminance of hair", light, 0.02, 2}};
+    return data;
+}
 
 // A head shakes once to each side; hair is light and dark by where around the head it grows.
 FigureData Petrovic4(const FigureOptions &options) {
     const MotionQuality quality(options.quick);
-    const Groom groom = StraightHead(quality);
+    const Groom groom = GrownHead(quality, "straight");
     const auto isLight = [&](size_t s) {
         const Point3f root = groom.points[groom.strandOffsets[s]];
         return std::fmod(Degrees(std::atan2(root.x, -root.z)) + 360, 60) < 30;
@@ -132,9 +173,7 @@ FigureData Petrovic4(const FigureOptions &options) {
     SimulationSettings settings;
     settings.keyHairs = quality.keys, settings.points = quality.points;
     settings.framesPerSecond = 60;
-    const double turn = Radians(40.);
-    settings.motion = HeadMotion(
-        {{0, {}, {}}, {0.3, {0, turn, 0}, {}}, {0.6, {0, -turn, 0}, {}}, {0.9, {}, {}}}, {0, -12, -3});
+    settings.motion = TurnsOf(Radians(40.));
     settings.coupling.cell = 1.5, settings.coupling.passes = 3;
     constexpr size_t kFrames = 36;
 
@@ -176,7 +215,7 @@ FigureData Petrovic4(const FigureOptions &options) {
 // A head of hair, the same blown by a wind, and where density forces alone bring the first.
 FigureData Petrovic5(const FigureOptions &options) {
     const MotionQuality quality(options.quick);
-    const Groom groom = StraightHead(quality);
+    const Groom groom = GrownHead(quality, "straight");
     SimulationSettings settings;
     settings.keyHairs = quality.keys, settings.points = quality.points;
     SimulationSettings blown = settings;
@@ -224,6 +263,66 @@ FigureData Petrovic5(const FigureOptions &options) {
     data.checks = {{"energy at the end, of that at the start", share, 0, 0.15},
                    {"greatest rise of the energy in a frame, relative", rise, 0, 1e-9},
                    {"greatest stretch", worst.stretch, 0, 1e-5}};
+    return data;
+}
+
+// a: colours, lengths and styles at rest. b: two of them in the same frame of a shake, in gel and loose.
+FigureData Petrovic6(const FigureOptions &options) {
+    MotionQuality quality(options.quick);
+    if (!options.quick)
+        quality.side = 400;
+    constexpr const char *kLook = "62 4 -84  2 -5 0";
+    struct Look {
+        const char *name, *title, *style, *pigments;
+        float length;
+        double bending; // 0: at rest
+    };
+    constexpr double kGel = 2e8, kLoose = 1e6;
+    constexpr std::array looks = std::to_array<Look>({
+        {"petrovic-6-a1", "a: black", "straight", "\"float eumelanin\" 4", 36, 0},
+        {"petrovic-6-a2", "red, waves", "wavy", "\"float eumelanin\" 0.25 \"float pheomelanin\" 0.9", 30, 0},
+        {"petrovic-6-a3", "blond, short curls", "curly",
+         "\"float eumelanin\" 0.08 \"float pheomelanin\" 0.12", 16, 0},
+        {"petrovic-6-b1", "b: waves in gel", "wavy", "\"float eumelanin\" 0.25 \"float pheomelanin\" 0.9", 30,
+         kGel},
+        {"petrovic-6-b2", "loose waves", "wavy", "\"float eumelanin\" 0.25 \"float pheomelanin\" 0.9", 30,
+         kLoose},
+        {"petrovic-6-b3", "loose, straight", "straight", "\"float eumelanin\" 4", 36, kLoose},
+    });
+    FigureData data{Table({"picture", "bending_cm4_per_s2", "mean_swing_cm", "stretch", "mean_luminance"})};
+    data.plot.columns = 3;
+    data.plot.width = 400, data.plot.height = 440;
+    double gel = 0, loose = 0, stretch = 0;
+    std::vector<double> light;
+    for (const Look &look : looks) {
+        const Groom groom = GrownHead(quality, look.style, look.length);
+        ShakenHead head;
+        head.hair = groom;
+        if (look.bending > 0) {
+            SimulationSettings settings;
+            settings.keyHairs = quality.keys, settings.points = quality.points * 2;
+            settings.framesPerSecond = 60;
+            settings.motion = TurnsOf(Radians(40.));
+            settings.coupling.drag = 60;
+            settings.physics.bending = look.bending, settings.physics.twist = 0.75 * look.bending;
+            head = Shake(groom, settings, 30);
+            stretch = std::max(stretch, head.worst.stretch);
+            if (look.style == std::string_view("wavy"))
+                (look.bending == kGel ? gel : loose) = head.swing;
+        }
+        AddPanel(&data, look.title,
+                 RenderHead(look.name, quality, kLook, head.pose,
+                            HairText(head.hair, look.pigments, [](size_t) { return true; })));
+        light.push_back(MeanLuminance(data.pictures.back().image, {0.42, 0.58, 0.3, 0.45}));
+        data.table.Add({look.name, look.bending, head.swing, head.worst.stretch, light.back()});
+    }
+    data.note = fmt::format("Row b is the same frame, half a second into a shake, of hair of other "
+                            "stiffness: tips of waves move by "
+                            "{:.1f} cm against the head in gel and by {:.1f} cm loose, in the mean.",
+                            gel, loose);
+    data.checks = {{"the tips' swing in gel, of that of loose hair", gel / loose, 0, 0.5},
+                   {"luminance of black hair, of blond", light[0] / light[2], 0, 0.5},
+                   {"greatest stretch", stretch, 0, 1e-5}};
     return data;
 }
 
