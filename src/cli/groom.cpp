@@ -208,17 +208,12 @@ void AddProceduralCommand(CLI::App &groom, const std::string &kind, const std::s
     for (const GroomParamInfo &info : GroomParamTable()) {
         if (!GroomReads(kind, info))
             continue;
-        std::string defaults;
-        if (kind == "head") {
-            for (const std::string_view style : HeadStyles()) {
-                const std::string value =
-                    CLI::detail::to_string(GetGroomParam(MakeGroomParams(kind, style), info.name));
-                if (defaults.find(value) != 0 || defaults.size() != value.size())
-                    defaults += (defaults.empty() ? "" : ", ") + value;
-            }
-        } else {
-            defaults = CLI::detail::to_string(GetGroomParam(MakeGroomParams(kind), info.name));
-        }
+        const double usual = GetGroomParam(MakeGroomParams(kind), info.name);
+        std::string defaults = CLI::detail::to_string(usual);
+        if (kind == "head")
+            for (const std::string_view style : HeadStyles())
+                if (const double own = GetGroomParam(MakeGroomParams(kind, style), info.name); own != usual)
+                    defaults += fmt::format(", {} {:g}", style, own);
         const bool whole = std::holds_alternative<int GroomParams::*>(info.member);
         command
             ->add_option_function<std::string>(
@@ -299,6 +294,17 @@ void AddFromCommand(CLI::App &groom) {
 void AddGroomCommand(CLI::App &app) {
     CLI::App *groom = app.add_subcommand("groom", "Make hair, or read it, and write it as scene geometry");
     groom->require_subcommand(1);
+    groom->add_flag_callback(
+        "--list",
+        [groom] {
+            for (const HeadStyleInfo &style : HeadStyleTable())
+                std::cout << fmt::format("head --style {:<12} {}\n", style.name, style.help);
+            for (const CLI::App *kind : groom->get_subcommands([](const CLI::App *) { return true; }))
+                if (kind->get_name() != "head" && kind->get_name() != "from")
+                    std::cout << fmt::format("{:<25} {}\n", kind->get_name(), kind->get_description());
+            throw CLI::Success();
+        },
+        "list the styles of a head and the kinds of groom, and stop");
     groom->footer(
         "The output is geometry without camera and lights: a scene takes it in by Include \"FILE.pbrt.gz\"\n"
         "after its Material \"hair\". Scenes that only Cuticle reads can name a groom directly instead:\n"
@@ -308,7 +314,7 @@ void AddGroomCommand(CLI::App &app) {
         "  cuticle groom head --style curly --strands 50000 --seed 1 -o head.pbrt.gz\n"
         "  cuticle groom from straight.hair -o straight.pbrt.gz");
     AddProceduralCommand(
-        *groom, "head", "A head of straight, wavy or curly hair",
+        *groom, "head", "A head of hair, in one of the styles of --list",
         "cuticle groom head --style wavy --strands 30000 --width-scale 2 --skin -o wavy.pbrt.gz");
     AddProceduralCommand(*groom, "fur-ball", "A ball of fur",
                          "cuticle groom fur-ball --strands 100000 --skin -o fur.pbrt.gz");

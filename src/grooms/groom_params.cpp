@@ -20,19 +20,19 @@ constexpr std::array<std::string_view, 4> kKinds{"head", "fur-ball", "hair-cube"
 
 // To add one: a row here; a new way to comb is a case of HeadSource::Grow (head_source.cpp).
 constexpr HeadStyleInfo kStyles[] = {
-    {"straight", "long, straight, parted", Comb::Part, false, 0.45f, 0.24f, [](GroomParams *) {}},
-    {"wavy", "long waves, parted", Comb::Part, true, 0.45f, 0.24f,
+    {"straight", "long, straight, parted", [](GroomParams *) {}},
+    {"wavy", "long waves, parted",
      [](GroomParams *p) {
+         p->length = 38;
          p->clump = 0.7f;
          p->wispClump = 0.7f;
          p->curlRadius = 0.55f;
          p->curlLength = 8;
          p->frizz = 0.06f;
-         p->flyaways = 0.03f;
          p->volume = 1.6f;
-         p->length = 38;
-     }},
-    {"curly", "curls of a finger's width", Comb::Part, false, 0.85f, 0.16f,
+     },
+     Comb::Part, 0.45f, 0.24f, 0, true},
+    {"curly", "curls of a finger's width",
      [](GroomParams *p) {
          p->length = 30;
          p->lengthVariation = 0.3f;
@@ -46,7 +46,96 @@ constexpr HeadStyleInfo kStyles[] = {
          p->flyaways = 0.035f;
          p->volume = 2.0f;
          p->level = 0.35f;
-     }},
+     },
+     Comb::Part, 0.85f, 0.16f},
+    {"afro", "tight coils that stand off on all sides",
+     [](GroomParams *p) {
+         p->strands = 80000;
+         p->length = 8.5f;
+         p->lengthVariation = 0.25f;
+         p->clump = 0.3f;
+         p->wisps = 12000;
+         p->wispClump = 0.75f;
+         p->curlRadius = 0.28f;
+         p->curlLength = 1.4f;
+         p->frizz = 0.12f;
+         p->volume = 0;
+         p->level = 0;
+     },
+     Comb::Out, 4, 0.012f},
+    {"bob", "straight, cut at the chin, the ends turned in",
+     [](GroomParams *p) {
+         p->length = 25.5f;
+         p->lengthVariation = 0.1f;
+         p->clump = 0.35f;
+         p->frizz = 0.03f;
+         p->flyaways = 0.015f;
+         p->volume = 1.5f;
+         p->level = 0.96f;
+         p->tip = 0.6f;
+     },
+     Comb::Part, 0.5f, 0.26f, 0.35f},
+    {"bun", "drawn back and wound up",
+     [](GroomParams *p) {
+         p->strands = 80000;
+         p->length = 17;
+         p->clump = 0.95f;
+         p->wispClump = 0.9f;
+         p->frizz = 0.02f;
+         p->flyaways = 0.02f;
+         p->volume = 0.5f;
+         p->level = 0;
+     },
+     Comb::Bun, 0.1f, 0, 0, false, 1, 48},
+    {"braid", "drawn back to the nape and plaited of three",
+     [](GroomParams *p) {
+         p->strands = 80000;
+         p->length = 27;
+         p->clump = 0.95f;
+         p->wispClump = 0.9f;
+         p->frizz = 0.03f;
+         p->flyaways = 0.03f;
+         p->volume = 0.6f;
+         p->level = 0;
+     },
+     Comb::Braid, 0.1f, 0, 0, false, 1, 64},
+    {"short", "a few centimetres, ears and nape free",
+     [](GroomParams *p) {
+         p->length = 5.5f;
+         p->lengthVariation = 0.35f;
+         p->locks = 900;
+         p->clump = 0.35f;
+         p->wispClump = 0.55f;
+         p->frizz = 0.06f;
+         p->volume = 0.6f;
+         p->level = 0;
+         p->tip = 0.5f;
+     },
+     Comb::Whorl, 0.45f, 0.07f, 0, false, 0.3f, 8},
+    {"combed-back", "from the forehead over the head, without a parting",
+     [](GroomParams *p) {
+         p->length = 17;
+         p->lengthVariation = 0.2f;
+         p->clump = 0.55f;
+         p->wispClump = 0.7f;
+         p->frizz = 0.03f;
+         p->flyaways = 0.015f;
+         p->volume = 0.8f;
+         p->level = 0;
+     },
+     Comb::Back, 0.3f, 0.16f, 0, false, 0.8f},
+    {"wet", "combed back, hanging in strings; clumps and no flyaways stand in for the film of water",
+     [](GroomParams *p) {
+         p->length = 30;
+         p->clump = 0.8f;
+         p->wisps = 2200;
+         p->wispClump = 0.97f;
+         p->frizz = 0.015f;
+         p->flyaways = 0.002f;
+         p->volume = 0.35f;
+         p->level = 0.4f;
+     },
+     Comb::Back, 0.15f, 0.2f},
 };
 constexpr auto kStyleNames = [] {
     std::array<std::string_view, std::size(kStyles)> names{};

@@ -88,11 +88,14 @@ enum class Comb {
 // hair.
 struct HeadStyleInfo {
     std::string_view name, help;
+    void (*set)(GroomParams *) = nullptr;
     Comb comb = Comb::Part;
-    bool waves = false;   // curls lie in a plane and in step with their neighbours
     float lift = 0.45f;   // how steeply hair leaves the skin, 0 along it
     float weight = 0.24f; // how fast it bends down: the share of gravity in its direction, per cm
-    void (*set)(GroomParams *) = nullptr;
+    float turnIn = 0;     // how fast its ends turn toward the neck, per cm
+    bool waves = false;   // curls lie in a plane and in step with their neighbours
+    float sides = 1;      // length at the sides and the nape, as a share of that on top
+    int segments = 0;     // of a strand; 0: by length and curls
 };
 std::span<const HeadStyleInfo> HeadStyleTable();
 std::span<const std::string_view> HeadStyles(); // their names

@@ -190,9 +190,8 @@ Normal3f HeadNormal(const Point3f &p) {
 }
 
 Point3f PushOutOfHead(Point3f p, float offset) {
-        // The brow, then what lies under it
-    // Near the surface two or three steps do it; from deep inside, where parts that blend lead one way and the
-    // other, longer and longer ones.
+    // Near the surface two or three steps do it; from deep inside, where parts that blend lead one way and
+    // the other, longer and longer ones.
     for (int i = 0; i < 64; ++i) {
         const float d = HeadDistance(p);
         if (d >= offset)

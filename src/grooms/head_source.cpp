@@ -16,12 +16,13 @@ class HeadSource final : public LockSource {
     explicit HeadSource(const GroomParams &params) : LockSource(params), style_(FindHeadStyle(params.style)) {
         waves_ = style_.waves;
         const float turns = params.curlRadius > 0 ? params.length / params.curlLength : 0;
-        // Seven points a turn keep the spline within 1% of a circle.
-        segments_ =
-            params.segments > 0
-                ? static_cast<size_t>(params.segments)
-                : static_cast<size_t>(std::clamp(
-                      std::ceil(std::max(0.75f * params.length, turns * (waves_ ? 6.f : 7.5f))), 8.f, 400.f));
+        if (params.segments > 0)
+            segments_ = static_cast<size_t>(params.segments);
+        else if (style_.segments > 0)
+            segments_ = static_cast<size_t>(style_.segments);
+        else // Seven points a turn keep the spline within 1% of a circle
+            segments_ = static_cast<size_t>(std::clamp(
+                std::ceil(std::max(0.75f * params.length, turns * (waves_ ? 6.f : 7.5f))), 8.f, 400.f));
         area_ = scalp_.Area();
         guides_.resize(static_cast<size_t>(params.locks));
         ParallelFor(guides_.size(), [&](size_t i) { Grow(i, &guides_[i]); });
@@ -62,27 +63,62 @@ class HeadSource final : public LockSource {
     }
     void Grow(size_t index, Guide *g) const;
     Vector3f CombAt(const ScalpPoint &root) const;
+    // Where hair that is drawn together meets, on the head's midline.
+    Point3f Knot() const {
+        return style_.comb == Comb::Bun ? Point3f{0, 5.2f, -10.6f} : Point3f{0, -3.2f, -9.2f};
+    }
+    void DrawToKnot(Guide *g, std::vector<Point3f> *path) const;
+    void WindBun(const HashStream &r, std::vector<Point3f> *path) const;
+    void Plait(const HashStream &r, std::vector<Point3f> *path) const;
     Vector3f Force(const Point3f &p, const Guide &g) const;
 
     const HeadStyleInfo &style_;
     Scalp scalp_;
 };
 
-// Which way it is combed at the root: sideways off the parting in front, away from the crown behind.
+// The way that hair is combed at its root, along the skin.
 Vector3f HeadSource::CombAt(const ScalpPoint &root) const {
     const Point3f crown{0.6f * params_.part, 10.5f, -5.f};
     Vector3f off = root.p - crown;
-    off.y = std::min(off.y, 0.f);
+    if (style_.comb == Comb::Part)
+        off.y = std::min(off.y, 0.f);
     off = off / std::max(off.Length(), 1e-3f);
-    const Vector3f sideways{root.p.x < params_.part ? -1.f : 1.f, 0, -0.6f};
     const float front = SmoothStep(-6.f, 0.5f, root.p.z);
-    const Vector3f comb = TangentTo(root.n, sideways * front + off * (1 - front));
+    Vector3f comb;
+    switch (style_.comb) {
+    case Comb::Part: { // sideways off the parting in front, away from the crown behind
+        const Vector3f sideways{root.p.x < params_.part ? -1.f : 1.f, 0, -0.6f};
+        comb = sideways * front + off * (1 - front);
+        break;
+    }
+    case Comb::Whorl: // away from the crown, turning around it, and to one side in front
+        comb =
+            off + Cross(root.n, off) * 0.5f + Vector3f{-0.7f, 0, 0.1f} * front * SmoothStep(3, 8, root.p.y);
+        break;
+    case Comb::Back:
+        comb = {0, -0.35f * (1 - SmoothStep(-2.f, 6.f, root.p.y)), -1};
+        break;
+    case Comb::Out:
+        return {};
+    case Comb::Bun:
+    case Comb::Braid:
+        comb = Knot() - root.p;
+        break;
+    }
+    comb = TangentTo(root.n, comb);
     return comb.LengthSquared() > 1e-8f ? Normalize(comb) : Vector3f();
 }
 
 // This bends a hair at p, per cm of its length.
 Vector3f HeadSource::Force(const Point3f &p, const Guide &g) const {
     Vector3f force = Vector3f{0, -1, 0} * style_.weight;
+    if (style_.comb == Comb::Out || style_.comb == Comb::Whorl)
+        return force + GroomNoise(p * 0.3f, Seed() + 1) * 0.08f;
+    if (style_.comb == Comb::Back) // the comb's way holds until the hair hangs
+        force += Vector3f{0, 0, -0.16f} * (SmoothStep(-8.f, -3.f, p.z) * SmoothStep(-4.f, 4.f, p.y));
+    // Ends turn in, toward the neck
+    force += Vector3f{p.x < 0 ? style_.turnIn : -style_.turnIn, 0, -0.3f * style_.turnIn} *
+             (1 - SmoothStep(-9.f, -5.f, p.y));
     // Keep out of the face: hair in front of the ears goes outward and back.
     const float face =
         SmoothStep(1.f, 5.f, p.z) * (1 - SmoothStep(5.f, 10.f, p.y)) * SmoothStep(-16.f, -9.f, p.y);
@@ -93,6 +129,73 @@ Vector3f HeadSource::Force(const Point3f &p, const Guide &g) const {
     force += Vector3f{p.x < 0 ? 0.08f : -0.08f, 0, -0.13f} * (neck * SmoothStep(3.f, 8.f, std::abs(p.x)));
     return force + GroomNoise(p * 0.16f, Seed() + 1) * 0.05f +
            GroomNoise(g.root * 0.5f + p * 0.05f, Seed() + 2) * 0.06f;
+}
+
+constexpr float kKnotStep = 0.3f; // cm
+
+// Draws hair along the head to the knot: what comes from farther off lies on what grows nearer.
+void HeadSource::DrawToKnot(Guide *g, std::vector<Point3f> *path) const {
+    const float far = (Knot() - g->root).Length();
+    const float layer = 0.08f + params_.volume * (0.15f + 0.05f * far);
+    Point3f p = g->root;
+    for (int i = 0; i < 200 && (Knot() - p).Length() > 1.2f; ++i) {
+        const Normal3f n = HeadNormal(p);
+        // In front of an ear the way leads over it
+        const float front = SmoothStep(-4.f, -1.f, p.z) * (1 - SmoothStep(2.5f, 5.f, p.y));
+        const Point3f overEar{std::copysign(7.5f, p.x), 6, -4};
+        const Vector3f along = TangentTo(n, Knot() * (1 - front) + overEar * front - p);
+        const float off = 0.3f * SmoothStep(2.5f, 1, (Knot() - p).Length()); // leaves the skin near the knot
+        p += Normalize(along / std::max(along.Length(), 1e-3f) + n * off) * kKnotStep;
+        const float keep = kHeadClearance + layer * SmoothStep(0, 4, kKnotStep * static_cast<float>(i)) *
+                                                SmoothStep(-0.2f * far, 0.5f * far, (Knot() - p).Length());
+        p += HeadNormal(p) * (std::max(keep, std::min(HeadDistance(p), layer + off)) - HeadDistance(p));
+        path->push_back(p);
+    }
+}
+
+// Winds a hair around the knot: along a torus whose axis leaves the head, each at a depth of its own.
+void HeadSource::WindBun(const HashStream &r, std::vector<Point3f> *path) const {
+    const Vector3f axis = Normalize(Vector3f{0, 0.25f, -1}), e1{1, 0, 0}, e2 = Cross(axis, e1);
+    const Point3f center = Knot() + axis * 1.35f;
+    const Point3f start = path->back();
+    const Vector3f into = start - center;
+    constexpr float ring = 1.75f;
+    const float depth = 1.6f * std::sqrt(0.15f + 0.85f * r.Uniform(40));
+    float theta = std::atan2(Dot(into, e2), Dot(into, e1)), phi = -1.2f + 0.5f * r.Signed(41);
+    const float length = params_.length * (0.8f + 0.4f * r.Uniform(42));
+    for (float s = kKnotStep; s < length; s += kKnotStep) {
+        const float out = ring + depth * std::cos(phi);
+        theta += kKnotStep / std::max(out, 0.8f);
+        phi += kKnotStep * 0.14f;
+        const Point3f wound =
+            center + (e1 * std::cos(theta) + e2 * std::sin(theta)) * out + axis * (depth * std::sin(phi));
+        const float t = SmoothStep(0, 4, s);
+        path->push_back(PushOutOfHead(start * (1 - t) + wound * t, 0.15f));
+    }
+}
+
+// Plaits three tresses, which swing from side to side once while they go in and out twice.
+void HeadSource::Plait(const HashStream &r, std::vector<Point3f> *path) const {
+    const Point3f start = path->back(), root = path->front();
+    const int tress = root.x < -2.2f ? 0 : root.x > 2.2f ? 2 : 1;
+    const float place = 0.6f * std::sqrt(r.Uniform(40)), turn = 2 * Pi * r.Uniform(41);
+    Point3f middle = Knot() + Vector3f{0, 0, -1.f};
+    const float length = params_.length * (0.93f + 0.1f * r.Uniform(42));
+    constexpr float pitch = 7.5f;
+    for (float s = kKnotStep; s < length; s += kKnotStep) {
+        middle.y -= kKnotStep;
+        if (const float near = 1.7f - HeadDistance(middle); near > 0) // it lies on neck and back
+            middle.z -= near;
+        else
+            middle.z += 0.25f * kKnotStep * SmoothStep(0, 1.5f, -near);
+        const float end = 1 - 0.45f * s / params_.length;
+        const float angle = 2 * Pi * (s / pitch + static_cast<float>(tress) / 3);
+        const float twist = turn + 0.25f * s;
+        const Vector3f swing{1.05f * std::sin(angle) + place * std::cos(twist), 0,
+                             0.55f * std::sin(2 * angle) + place * std::sin(twist)};
+        const float t = SmoothStep(0, 3.5f, s);
+        path->push_back(start * (1 - t) + Vector3f{0, -s, 0} * (1 - t) + (middle + swing * end) * t);
+    }
 }
 
 // Grows one guide from its root: combed as its style says, bent down by its weight, resting on the head, the
@@ -116,10 +219,22 @@ void HeadSource::Grow(size_t index, Guide *g) const {
     const float layer = 0.1f + params_.volume * (0.12f + 0.88f * height * (0.6f + 0.4f * r.Uniform(7))) +
                         (waves_ ? 0.2f : 0.5f) * params_.curlRadius;
     // Cut: between "all as long" and "all end at one height".
-    const float full = params_.length * (1 - 0.5f * params_.lengthVariation * r.Uniform(8));
+    const float full = params_.length * (1 - 0.5f * params_.lengthVariation * r.Uniform(8)) *
+                       Lerp(SmoothStep(-2.f, 8.f, start.p.y), style_.sides, 1.f);
     const float floorY = 10.f - params_.length + 5.f; // where the longest hairs from the top end
     constexpr float step = 0.3f;
     std::vector<Point3f> path{start.p};
+    if (style_.comb == Comb::Bun || style_.comb == Comb::Braid) {
+        DrawToKnot(g, &path);
+        const size_t drawn = path.size() - 1;
+        if (style_.comb == Comb::Bun)
+            WindBun(r, &path);
+        else
+            Plait(r, &path);
+        FinishGuide(path, start.n, g);
+        g->gather = 0.9f * g->length * static_cast<float>(drawn) / static_cast<float>(path.size() - 1);
+        return;
+    }
     Point3f p = start.p;
     float travelled = 0, budget = full;
     while (travelled < budget && path.size() < 4000) {

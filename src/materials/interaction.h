@@ -6,6 +6,7 @@
 #include "shapes/curve_types.h"
 
 #include <array>
+#include <optional>
 
 namespace cuticle {
 
@@ -16,12 +17,13 @@ class Material;
 using StrandColors = std::array<Spectrum, 2>;
 
 // A point where a texture is looked up: in world space, with the surface's (u, v) there, and on a strand
-// that has colours of its own those of its segment.
+// that has colours of its own those of its segment; on any strand its root, where a texture asks for it.
 struct TexturePoint {
     Point3f p;
     Point2f uv;
     const StrandColors *strandColors = nullptr;
     float segmentU = 0; // where on that segment
+    const Point3f *root = nullptr;
 };
 
 // Some members are of solids (meshes and quadrics) or of curves only; the others are set for both.
@@ -42,13 +44,14 @@ struct SurfaceInteraction {
     const StrandColors *strandColors =
         nullptr;                         // curves: of a strand that has colours of its own, else nullptr
     Vector3f strandNormal;               // curves: set where the material asks, see MakeStrandNormals
+    std::optional<Point3f> strandRoot;   // curves: world space, set where a texture "strandroot" asks
     uint32_t geometryId = 0, primId = 0; // solids: see SolidHit
     int instance = -1;                   // index of the instance that was hit; -1: the world's own shapes
 };
 
 // The point at which textures of a hit are looked up.
 inline TexturePoint TexturePointOf(const SurfaceInteraction &si) {
-    return {si.p, si.uv, si.strandColors, si.curveOrigin.u};
+    return {si.p, si.uv, si.strandColors, si.curveOrigin.u, si.strandRoot ? &*si.strandRoot : nullptr};
 }
 
 } // namespace cuticle

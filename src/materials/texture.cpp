@@ -89,6 +89,22 @@ class StrandColorTexture final : public Texture<T> {
     TexturePtr<T> elsewhere_;
 };
 
+// Looks another texture up at the root of the strand: in space, or at its u = 0. So a value varies over the
+// scalp and not along the hairs.
+template <class T>
+class StrandRootTexture final : public Texture<T> {
+  public:
+    explicit StrandRootTexture(TexturePtr<T> texture) : texture_(std::move(texture)) {}
+    T Evaluate(const TexturePoint &point) const override {
+        if (!point.root)
+            return texture_->Evaluate(point);
+        return texture_->Evaluate({*point.root, {0, 0.5f}, point.strandColors, 0, point.root});
+    }
+
+  private:
+    TexturePtr<T> texture_;
+};
+
 template <class T>
 TexturePtr<T> Constant(const T &value) {
     return std::make_shared<ConstantTexture<T>>(value);
@@ -113,6 +129,11 @@ TexturePtr<T> MakeMix(const TextureEntity &e, TextureContext &b) {
 template <class T>
 TexturePtr<T> MakeStrandColor(const TextureEntity &e, TextureContext &b) {
     return std::make_shared<StrandColorTexture<T>>(b.Get<T>(e.params, "default", 0.5f));
+}
+
+template <class T>
+TexturePtr<T> MakeStrandRoot(const TextureEntity &e, TextureContext &b) {
+    return std::make_shared<StrandRootTexture<T>>(b.Get<T>(e.params, "value", 1));
 }
 
 // The stand-in of a class that pbrt-v3 knows and this does not render.
@@ -193,6 +214,9 @@ constexpr ParamInfo kMarbleParams[] = {
     {"scale", "float", "", "1", "factor on the point"},
     {"variation", "float", "", "0.2", "how far the noise shifts the layers"},
 };
+constexpr ParamInfo kStrandRootParams[] = {
+    {"value", kTexture, "", "1", "the texture that is looked up at the strand's root; elsewhere where it is"},
+};
 constexpr ParamInfo kStrandColorParams[] = {
     {"default", kTexture, "", "0.5", "the value on all but strands with colours of their own"},
 };
@@ -223,6 +247,12 @@ constexpr PluginRow<TextureMaker> kTextures[] = {
     {{"ptex", {}, "an image for each face", kPtexStandIn}, CUTICLE_BOTH(MakePtex)},
     {{"strandcolor", kStrandColorParams, "the colour that a groom gives the strand", {}, true},
      CUTICLE_BOTH(MakeStrandColor)},
+    {{"strandroot",
+      kStrandRootParams,
+      "another texture at the strand's root: it varies over the scalp",
+      {},
+      true},
+     CUTICLE_BOTH(MakeStrandRoot)},
 };
 #undef CUTICLE_BOTH
 

@@ -52,6 +52,8 @@ void ToWorld(const Transform &toWorld, SurfaceInteraction *si) {
     const auto across = [&](const Vector3f &v) { return Normalize(v - tangent * Dot(v, tangent)); };
     si->n = across(si->n);
     si->shading = {tangent, Cross(si->n, tangent), si->n};
+    if (si->strandRoot)
+        si->strandRoot = toWorld.Point(*si->strandRoot);
     if (si->strandNormal.LengthSquared() > 0)
         si->strandNormal = across(toWorld.Vector(si->strandNormal));
     if (toWorld.SwapsHandedness()) {
@@ -79,6 +81,7 @@ void Scene::Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupH
     si->isCurve = hit.isCurve;
     si->strandColors = nullptr;
     si->strandNormal = {};
+    si->strandRoot.reset();
     if (hit.isCurve) {
         const CurveHit &curve = hit.curve;
         const CurveSurface s = shapes.binaryCurves ? shapes.binaryCurves->Surface(ray, curve)
@@ -97,6 +100,12 @@ void Scene::Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupH
         si->light = -1;
         si->curveOrigin = {curve.segment, curve.u};
         si->strandColors = strandColors_.empty() ? nullptr : StrandColorsOf(segment.group, curve.segment);
+        if (strandRoots_ && segment.part.index <= curve.segment) {
+            // The segments of a strand follow one another, but where some were left out
+            const CurveSegment first = shapes.Segment(curve.segment - segment.part.index);
+            if (first.part.index == 0 && first.group == segment.group)
+                si->strandRoot = first.cp[0];
+        }
         if (!shapes.strandNormals.empty())
             si->strandNormal = StrandNormal(segment, shapes.strandNormals[curve.segment], curve.u, s.tangent);
         return;

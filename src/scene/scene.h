@@ -106,6 +106,7 @@ class Scene {
     std::vector<std::unique_ptr<Light>> lights_;
     std::vector<int> infiniteLights_;
     LightSampler lightSampler_;
+    bool strandRoots_ = false; // a texture asks for the roots of strands
     bool pbrtV3Offset_ = false;
 };
 

@@ -277,6 +277,7 @@ class SceneBuilder {
                         "area lights on curves are not rendered; the curve does not emit");
         }
         WarnOfAbsentStrandColors();
+        scene_.strandRoots_ = AsksForStrandRoots();
     }
 
     // Error where many curves are wider than all of them together: no box separates such curves, and every
@@ -387,6 +388,14 @@ class SceneBuilder {
                 Warning(At(description_.curveGroups, static_cast<int>(kind.group)).loc, kind.name,
                         fmt::format("{} curve segments are {}; they are left out of the picture", kind.count,
                                     kind.what));
+    }
+
+    bool AsksForStrandRoots() const {
+        for (const auto *textures : {&description_.floatTextures, &description_.spectrumTextures})
+            for (const TextureEntity &texture : *textures)
+                if (texture.type == "strandroot")
+                    return true;
+        return false;
     }
 
     void WarnOfAbsentStrandColors() const {

@@ -18,7 +18,15 @@ struct Kind {
 };
 constexpr Kind kAll[] = {{"head", "straight"}, {"head", "wavy"},  {"head", "curly"},
                          {"fur-ball", ""},     {"hair-cube", ""}, {"ball", ""}};
-constexpr Kind kHeads[] = {kAll[0], kAll[1], kAll[2]};
+constexpr Kind kHeads[] = {kAll[0], kAll[1], kAll[2]}; // hair that hangs
+
+// Every style of a head, as kinds.
+std::vector<Kind> Styles() {
+    std::vector<Kind> styles;
+    for (const HeadStyleInfo &style : HeadStyleTable())
+        styles.push_back({"head", style.name.data()});
+    return styles;
+}
 
 GroomParams Small(const Kind &k, int strands = 400) {
     GroomParams p = MakeGroomParams(k.kind, k.style);
@@ -84,7 +92,7 @@ TEST(Procedural, AnotherSeedIsAnotherGroom) {
 // none is deeper than kRootDepth. Between points the curve is checked at a coarser bound, where it bends over
 // the head.
 TEST(Procedural, HairStaysOutsideTheHead) {
-    for (const Kind &k : kHeads) {
+    for (const Kind &k : Styles()) {
         const Groom g = MakeGroom(Small(k, 1500));
         double deepest = 0;
         size_t inside = 0, checked = 0;
@@ -118,7 +126,7 @@ TEST(Procedural, HairStaysOutsideTheHead) {
 
 TEST(Procedural, RootsLieOnTheScalpAndCoverIt) {
     const double expected = 4000 / static_cast<double>(Scalp().Area()); // per square centimetre
-    for (const Kind &k : kHeads) {
+    for (const Kind &k : Styles()) {
         const Groom g = MakeGroom(Small(k, 4000));
         std::map<std::pair<int, int>, int> cells;
         for (size_t i = 0; i < g.StrandCount(); ++i) {
@@ -142,7 +150,7 @@ TEST(Procedural, RootsLieOnTheScalpAndCoverIt) {
 }
 
 TEST(Procedural, FaceStaysFree) {
-    for (const Kind &k : kHeads) {
+    for (const Kind &k : Styles()) {
         const Groom g = MakeGroom(Small(k, 3000));
         size_t over = 0;
         for (const Point3f &p : g.points)
@@ -201,6 +209,33 @@ TEST(Procedural, StylesDiffer) {
     const double straight = turning(kHeads[0]), wavy = turning(kHeads[1]), curly = turning(kHeads[2]);
     EXPECT_GT(wavy, 1.5 * straight);
     EXPECT_GT(curly, 1.5 * wavy);
+}
+
+// A style is what its name says: where the tips of nine hairs in ten are, whatever the way they took there.
+TEST(Procedural, StylesAreWhatTheyAreCalled) {
+    const auto share = [](const char *style, const auto &holds) {
+        const Groom g = MakeGroom(Small({"head", style}, 1500));
+        size_t n = 0;
+        for (size_t i = 0; i < g.StrandCount(); ++i)
+            n += holds(g.Strand(i));
+        return static_cast<double>(n) / static_cast<double>(g.StrandCount());
+    };
+    using Points = std::span<const Point3f>;
+    EXPECT_GT(share("bun",
+                    [](Points s) {
+                        return (s.back() - Point3f{0, 5.5f, -12}).Length() < 5;
+                    }),
+              0.85)
+        << "behind the head, in a ball";
+    EXPECT_GT(share("braid", [](Points s) { return std::abs(s.back().x) < 2.5f && s.back().y < -10; }), 0.8)
+        << "in one string down the back";
+    EXPECT_GT(share("short", [](Points s) { return Length(s) < 7.5 && s.back().y > -9; }), 0.95)
+        << "no longer than two fingers, above the neck";
+    EXPECT_GT(share("bob", [](Points s) { return s.back().y < -5 && s.back().y > -15; }), 0.7)
+        << "cut at the height of the chin, which is at -10";
+    EXPECT_GT(share("afro", [](Points s) { return HeadDistance(s.back()) > 4; }), 0.75) << "standing off";
+    EXPECT_GT(share("combed-back", [](Points s) { return s.back().z < s.front().z; }), 0.9);
+    EXPECT_LT(share("straight", [](Points s) { return s.back().y > -9; }), 0.35) << "long";
 }
 
 TEST(Procedural, WidthsTaperAndScale) {

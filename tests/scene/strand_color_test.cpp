@@ -131,6 +131,40 @@ TEST_F(StrandColor, GoesWithTheStrand) {
     ExpectNear(F(*hidden, 0.03f, 2.6f), wanted);
 }
 
+// Texture "strandroot" looks its texture up where the strand begins: here a plane's corners, strand 0 at
+// x = 0 and strand 1 at x = 1, both from y = 0 on; moved by an instance the root moves too. Without it the
+// colour would go with y.
+TEST_F(StrandColor, IsThatOfAPlaceOnTheScalp) {
+    const std::string head =
+        "WorldBegin LightSource \"infinite\" Texture \"plane\" \"spectrum\" \"bilerp\" \"string mapping\" "
+        "\"planar\" \"vector v1\" [1 0 0] \"vector v2\" [0 1 0] \"rgb v00\" [0.8 0.2 0.1] \"rgb v10\" "
+        "[0.5 0.9 0.3] \"rgb v01\" [0.1 0.3 0.9] \"rgb v11\" [0.1 0.3 0.9] "
+        "Texture \"scalp\" \"spectrum\" \"strandroot\" \"texture value\" \"plane\" "
+        "Material \"hair\" \"texture color\" \"scalp\" ";
+    const auto make = [&](const std::string &shapes, bool binary) {
+        SceneDescription d =
+            ParseSceneText(kPlugins, head + shapes + " WorldEnd", "test.pbrt", folder_.string());
+        SceneOptions options;
+        options.binaryCurves = binary;
+        return std::make_unique<Scene>(&d, options);
+    };
+    const std::string strands = "Shape \"hairfile\" \"string filename\" \"two.hair\" \"integer segments\" 5";
+    for (const bool binary : {false, true}) {
+        const auto scene = make(strands, binary);
+        for (const float y : {0.1f, 1.f, 2.6f, 3.9f}) {
+            ExpectNear(F(*scene, 0.03f, y), Expected(kRoot, 0.03f, y));
+            ExpectNear(F(*scene, 1.03f, y), Expected(kOther, 1.03f, y));
+        }
+        // From the corners onward in x the plane goes on as it began
+        const auto moved = make("ObjectBegin \"o\" " + strands +
+                                    " ObjectEnd AttributeBegin Translate 0.5 0 0 "
+                                    "ObjectInstance \"o\" AttributeEnd AttributeBegin Translate -1 0 9 "
+                                    "ObjectInstance \"o\" AttributeEnd",
+                                binary);
+        ExpectNear(F(*moved, 0.53f, 2.6f), Expected((kRoot + kOther) * 0.5f, 0.03f, 2.6f));
+    }
+}
+
 TEST_F(StrandColor, ElsewhereTheDefaultHolds) {
     const auto scene =
         Make("Shape \"curve\" \"point P\" [0 0 0 0 1 0 0 2 0 0 4 0] \"float width\" 0.2 "
