@@ -45,6 +45,11 @@ constexpr std::array kCharts = std::to_array<Chart>({
      "a curve segment, accelerator and points together, by the number of segments; one thread. Broken lines: "
      "a ray for which any hit will do.",
      GrowthChart},
+    {"keyhairs",
+     "Hairs that follow key hairs, against the same hairs each simulated by itself: root-mean-square "
+     "distance "
+     "of their points after half a second of a shake, by the number of key hairs and the style.",
+     KeyHairsChart},
     {"render",
      "Relative mean squared error of pictures of shipped scenes against the CPU time of all threads from the "
      "scene's file to the picture, by integrator, sampler, model of a fiber, and samples per pixel (along "

@@ -9,6 +9,7 @@ FigureData BesselChart(const FigureOptions &options);
 FigureData CurvesChart(const FigureOptions &options);
 FigureData EfficiencyChart(const FigureOptions &options);
 FigureData GrowthChart(const FigureOptions &options);
+FigureData KeyHairsChart(const FigureOptions &options);
 FigureData ModelsChart(const FigureOptions &options);
 FigureData QuadratureChart(const FigureOptions &options);
 FigureData RenderChart(const FigureOptions &options);
