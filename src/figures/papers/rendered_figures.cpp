@@ -31,8 +31,8 @@ FigureData Panels(Table table, Pictures pictures, const std::vector<std::string>
     return data;
 }
 
-// The variance of a pixel's luminance that is noise, as the picture says; 0 where it does not. An upper bound:
-// the three channels are taken to be off together.
+// The variance of a pixel's luminance that is noise, as the picture says; 0 where it does not. This is an
+// upper bound: the three channels are taken to be off together.
 double NoiseOf(const Image &image, size_t x, size_t y) {
     Spectrum deviation(0);
     for (size_t c = 0; c < 3; ++c) {
@@ -163,8 +163,8 @@ FigureData MeasureMarschner14(const FigureOptions &, Pictures pictures) {
         data.table.Add({std::string(1, char('a' + i)), double(mean[i][0]), double(mean[i][1]),
                         double(mean[i][2]), rows[i].whiteRow, rows[i].colouredRow, fine[i]});
     }
-    // What c has beyond a and b is TT, which is never negative; the three share their random numbers. A test adds
-    // up all orders to 1e-5; the reference images, which are rounded to 7 bits, allow no more than this.
+    // What c has beyond a and b is TT, which is never negative; the three share their random numbers. A test
+    // adds up all orders to 1e-5; the reference images, which are rounded to 7 bits, allow no more than this.
     double missing = 0;
     for (size_t k = 0; k < pictures[2].image.data.size(); ++k) {
         const double a = double(pictures[0].image.data[k]), b = double(pictures[1].image.data[k]),
