@@ -127,12 +127,14 @@ void RunConvert(const ConvertArguments &a) {
 
 void AddConvertCommand(CLI::App &app) {
     auto a = std::make_shared<ConvertArguments>();
-    CLI::App *c = app.add_subcommand("convert", "Convert a picture to .exr or .png, or pictures to a video.");
+    CLI::App *c =
+        app.add_subcommand("convert", "Convert a picture to .exr, .pfm or .png, or pictures to a video.");
     c->add_option("A", a->from,
                   "picture to read (.exr, .pfm, .png, .tga, .hdr, .jpg); for a video, those of all frames: "
                   "frames/%04d.exr")
         ->required();
-    c->add_option("B,-o,--output", a->to, "picture (.exr or .png) or video (.mp4) to write")->required();
+    c->add_option("B,-o,--output", a->to, "picture (.exr, .pfm or .png) or video (.mp4) to write")
+        ->required();
     c->add_option("--frames", a->frames, "frames of the video (default: all that are there)")
         ->type_name("FIRST:LAST[:STEP]");
     c->add_option("--fps", a->framesPerSecond, "frames a second of the video (default: 24)")
@@ -151,7 +153,8 @@ void AddConvertCommand(CLI::App &app) {
         ->check(CLI::Range(1, 24))
         ->type_name("N");
     c->footer(
-        "An .exr keeps linear values, every channel and the attributes. A .png holds R, G and B, clamped to\n"
+        "An .exr keeps linear values, every channel and the attributes, a .pfm those of R, G and B. A .png "
+        "holds R, G and B, clamped to\n"
         "[0, 1] and encoded as sRGB in 8 bits; a pixel that is NaN becomes magenta. 8-bit pictures that are\n"
         "read are decoded from sRGB. Exposure changes the channels R, G, B, Y (layer.R too) and their "
         "variances. Videos are made by the program ffmpeg, which must be installed.\n"

@@ -18,6 +18,7 @@ std::string EncodeEXR(const std::string &filename, const Image &image);
 Image ReadPNG(const std::string &filename, const std::string &bytes, bool decodeSRGB);
 std::string EncodePNG(const std::string &filename, const Image &image);
 Image ReadPFM(const std::string &filename, const std::string &bytes, bool decodeSRGB);
+std::string EncodePFM(const std::string &filename, const Image &image);
 Image ReadJPEG(const std::string &filename, const std::string &bytes, bool decodeSRGB);
 // Reads .tga and .hdr, whichever the bytes are, by stb_image.
 Image ReadByStb(const std::string &filename, const std::string &bytes, bool decodeSRGB);

@@ -22,7 +22,7 @@ struct ImageFormat {
 // To add one: a row here, functions in formats.h and a file of its own; DecodeImage's message lists all
 // endings.
 constexpr ImageFormat kFormats[] = {
-    {".exr", ReadEXR, EncodeEXR}, {".pfm", ReadPFM, nullptr},   {".png", ReadPNG, EncodePNG},
+    {".exr", ReadEXR, EncodeEXR}, {".pfm", ReadPFM, EncodePFM}, {".png", ReadPNG, EncodePNG},
     {".tga", ReadByStb, nullptr}, {".hdr", ReadByStb, nullptr}, {".jpg", ReadJPEG, nullptr},
     {".jpeg", ReadJPEG, nullptr},
 };
@@ -143,7 +143,7 @@ Image ReadImage(const std::string &filename, bool decodeSRGB) {
 std::string EncodeImage(const std::string &filename, const Image &image) {
     const ImageFormat *format = FindFormat(filename);
     if (!format || !format->encode)
-        FailImage(filename, "images are written as .exr or .png");
+        FailImage(filename, "images are written as .exr, .pfm or .png");
     if (image.width <= 0 || image.height <= 0 || image.channels.empty())
         FailImage(filename, "there is no pixel to write");
     if (image.data.size() != image.Pixels() * image.Channels())

@@ -64,4 +64,18 @@ Image ReadPFM(const std::string &filename, const std::string &bytes, bool) {
     return image;
 }
 
+std::string EncodePFM(const std::string &, const Image &image) {
+    static_assert(std::endian::native == std::endian::little, "a scale of -1 says so");
+    std::string out = fmt::format("PF\n{} {}\n-1.0\n", image.width, image.height);
+    for (size_t y = static_cast<size_t>(image.height); y-- > 0;)
+        for (size_t x = 0; x < static_cast<size_t>(image.width); ++x) {
+            const Spectrum rgb = image.RGB(x, y);
+            for (size_t c = 0; c < 3; ++c) {
+                const float v = rgb[c];
+                out.append(reinterpret_cast<const char *>(&v), sizeof(v));
+            }
+        }
+    return out;
+}
+
 } // namespace cuticle

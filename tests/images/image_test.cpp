@@ -394,6 +394,7 @@ TEST_F(PFMFile, ReadsBothByteOrdersBottomUp) {
         swapped.push_back(s);
     }
     EXPECT_EQ(ReadImage(Write("b.pfm", PFM("PF 2 2 1.0 ", swapped))).data, image.data);
+    EXPECT_EQ(EncodeImage("c.pfm", image), PFM("PF\n2 2\n-1.0\n", values)); // what was read is written again
     // The scale multiplies, as in pbrt-v3
     const Image grey = ReadImage(Write("c.pfm", PFM("Pf\n3 1\n-2\n", {1, 2, 4})));
     EXPECT_EQ(grey.channels, (std::vector<std::string>{"Y"}));
@@ -655,7 +656,7 @@ TEST_F(Damaged, ChangedBytesNeverCrash) {
 
 TEST_F(AtomicWrite, WriteImageRefusesWhatItCannotWrite) {
     const Image image = Gradient(2, 2, {"R", "G", "B"});
-    EXPECT_NE(MessageOf([&] { WriteImage(Path("a.jpg"), image); }).find(".exr or .png"), std::string::npos);
+    EXPECT_NE(MessageOf([&] { WriteImage(Path("a.jpg"), image); }).find(".exr, .pfm or .png"), std::string::npos);
     EXPECT_NE(MessageOf([&] { WriteImage(Path("a.exr"), Image()); }).find("no pixel"), std::string::npos);
     Image wrong = image;
     wrong.data.pop_back();
