@@ -54,8 +54,9 @@ Image ReadImage(const std::string &filename, bool decodeSRGB = true);
 Image DecodeImage(const std::string &filename, const std::string &bytes, bool decodeSRGB = true);
 
 // Writes by the name's ending: .exr (32-bit float channels, ZIP, all channels and attributes), .pfm (the
-// floats of R, G, B) or .png (8-bit sRGB of R, G, B, clamped). NaN is an Error for none: EXR and PFM keep it,
-// PNG shows it magenta. The file appears whole or not at all. Throws Error naming the path and the system's reason.
+// floats of R, G, B) or .png (8-bit sRGB of R, G, B, clamped). NaN is an Error for none: EXR and PFM keep
+// it, PNG shows it magenta. The file appears whole or not at all. Throws Error naming the path and the
+// system's reason.
 void WriteImage(const std::string &filename, const Image &image);
 // The bytes of the file that WriteImage would write.
 std::string EncodeImage(const std::string &filename, const Image &image);

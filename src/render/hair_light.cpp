@@ -52,30 +52,6 @@ std::optional<HairShell> ShellOf(const Scene &scene, float cell) {
 }
 //<
 
-//> Walk along a ray through all hair
-// Calls crossing(t) for each hair, t along the ray as a whole; returns where something else ends it, else
-// infinity. crossing returns false to stop.
-template <class Crossing>
-float WalkThroughHair(const Scene &scene, SceneRay ray, RayCounts *counts, const Crossing &crossing) {
-    constexpr int kMaxCrossings = 10000; // a ray that walks on the spot comes to an end
-    float walked = 0;
-    const float end = ray.ray.tMax;
-    SurfaceInteraction si;
-    for (int n = 0; n < kMaxCrossings; ++n) {
-        ++counts->shadowRays;
-        if (!scene.Intersect(ray, &si))
-            return Infinity;
-        walked += si.t;
-        if (!si.isCurve)
-            return walked;
-        if (!crossing(walked))
-            return Infinity;
-        ray = scene.SpawnRayTo(si, ray.ray.d, end - walked);
-    }
-    return Infinity;
-}
-//<
-
 } // namespace
 
 //> Hold light against the normal of the shell
@@ -94,10 +70,11 @@ float HairLightIntegrator::Traced(const SurfaceInteraction &si, const Vector3f &
                                   const Scene &scene, RayCounts &counts) const {
     constexpr float kDark = 1e-4f; // less than this is nothing
     float share = 1;
-    const float end = WalkThroughHair(scene, scene.SpawnRayTo(si, wi, distance), &counts, [&](float) {
-        share *= 1 - settings_.map.opacity;
-        return share > kDark;
-    });
+    const float end = WalkThroughHair(scene, scene.SpawnRayTo(si, wi, distance), &counts,
+                                      [&](float, const SurfaceInteraction &) {
+                                          share *= 1 - settings_.map.opacity;
+                                          return share > kDark;
+                                      });
     return end < Infinity || share <= kDark ? 0 : share;
 }
 //<
@@ -144,46 +121,6 @@ Spectrum HairLightIntegrator::DirectLight(const SurfaceInteraction &si, const BS
 }
 //<
 
-//> Follow mirrors and glass to the first surface that light can be asked for
-Spectrum HairLightIntegrator::Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
-                                 RayCounts &counts) const {
-    Spectrum L, beta(1);
-    SceneRay ray{cameraRay, {}, false};
-    int passedThrough = 0;
-    for (int bounces = 0;; ++bounces) {
-        SurfaceInteraction si;
-        ++counts.rays;
-        if (!scene.Intersect(ray, &si)) {
-            for (const int i : scene.InfiniteLights())
-                L += beta * scene.LightAt(static_cast<size_t>(i)).Le(ray.ray);
-            return L;
-        }
-        if (si.light >= 0)
-            L += beta * scene.AreaLightAt(static_cast<size_t>(si.light)).L(si.n, si.wo);
-        if (bounces >= settings_.maxDepth)
-            return L;
-        if (!si.material) {
-            if (++passedThrough > 1000)
-                return L;
-            ray = scene.SpawnRay(si, ray.ray.d);
-            --bounces;
-            continue;
-        }
-        BSDF bsdf;
-        bsdf.SetFrame(si.shading, si.n);
-        si.material->MakeBSDF(si, &bsdf);
-        if (bsdf.HasNonSpecular())
-            L += beta * DirectLight(si, bsdf, scene, sampler, counts);
-        BSDFSample sample;
-        Spectrum throughput;
-        if (bsdf.IsHair() || !bsdf.Sample_f(si.wo, sampler.Get4D(), &sample, &throughput) || !sample.specular)
-            return L;
-        beta *= throughput;
-        ray = scene.SpawnRay(si, sample.wi);
-    }
-}
-//<
-
 //> Make the shell and the maps before the first sample
 void HairLightIntegrator::Prepare(const Scene &scene) {
     if (settings_.shellNormals)
@@ -201,14 +138,15 @@ void HairLightIntegrator::Prepare(const Scene &scene) {
         const LightRays rays = lamp.Kind() == LightKind::Distant
                                    ? LightRays::Parallel(-light.wi, bounds)
                                    : LightRays::From(bounds.Center() + light.wi * light.distance);
-        maps_[i].emplace(
-            rays, settings_.map, [&](const Ray &ray, const std::function<void(float)> &crossing) {
-                RayCounts notOfThePicture;
-                return WalkThroughHair(scene, SceneRay{ray, {}, false}, &notOfThePicture, [&](float depth) {
-                    crossing(depth);
-                    return true;
-                });
-            });
+        maps_[i].emplace(rays, settings_.map,
+                         [&](const Ray &ray, const std::function<void(float)> &crossing) {
+                             RayCounts notOfThePicture;
+                             return WalkThroughHair(scene, SceneRay{ray, {}, false}, &notOfThePicture,
+                                                    [&](float depth, const SurfaceInteraction &) {
+                                                        crossing(depth);
+                                                        return true;
+                                                    });
+                         });
     }
 }
 

@@ -1,7 +1,7 @@
 //> Declare direct light on hair
 #pragma once
 
-#include "render/integrator.h"
+#include "render/direct_light.h"
 #include "volume/deep_shadow.h"
 #include "volume/shell.h"
 
@@ -12,7 +12,7 @@ namespace cuticle {
 
 // Direct light only, as Petrovic, Henne and Anderson light hair: light passes hair and is weakened at every
 // crossing, and may be held against the normal of the hair's shell.
-class HairLightIntegrator : public Integrator {
+class HairLightIntegrator : public DirectLightIntegrator {
   public:
     // How hair stands in the light: as any other surface; as a filter, crossing by crossing along a ray; or
     // by a map made beforehand for each light without area (others are traced).
@@ -25,9 +25,8 @@ class HairLightIntegrator : public Integrator {
         float wrap = 0;      // by how much light reaches around the shell, 0 to 1
         int maxDepth = 5;    // surfaces on the way from the camera: mirrors and glass are followed
     };
-    explicit HairLightIntegrator(const Settings &settings) : settings_(settings) {}
-    Spectrum Li(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler,
-                RayCounts &counts) const override;
+    explicit HairLightIntegrator(const Settings &settings)
+        : DirectLightIntegrator(settings.maxDepth), settings_(settings) {}
     // Makes the shell and the maps.
     void Prepare(const Scene &scene) override;
     std::string Learned() const override;
@@ -43,7 +42,7 @@ class HairLightIntegrator : public Integrator {
 
   private:
     Spectrum DirectLight(const SurfaceInteraction &si, const BSDF &bsdf, const Scene &scene,
-                         PixelSampler &sampler, RayCounts &counts) const;
+                         PixelSampler &sampler, RayCounts &counts) const override;
     Settings settings_;
     std::optional<HairShell> shell_;
     std::vector<std::optional<DeepShadowMap>> maps_; // by light

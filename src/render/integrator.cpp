@@ -1,6 +1,7 @@
 //> Turn names into integrators
 #include "render/integrator.h"
 
+#include "render/dual_scattering.h"
 #include "render/hair_light.h"
 #include "render/path.h"
 #include "render/plugins.h"
@@ -53,40 +54,71 @@ static std::unique_ptr<Integrator> MakeDirect(const ParamSet &params) {
 }
 //<
 
-//> Read how hair is lit
-static constexpr std::string_view kHairShadows[] = {"opaque", "traced", "deepmap"};
+//> Read parameters that have bounds
+// Errors at the parameter, and say what would be right.
+struct IntegratorParams {
+    const ParamSet &params;
 
-static std::unique_ptr<Integrator> MakeHairLight(const ParamSet &params) {
-    HairLightIntegrator::Settings s;
-    const std::string shadow = params.FindString("shadow", "opaque");
-    const auto found = std::find(std::begin(kHairShadows), std::end(kHairShadows), shadow);
-    if (found == std::end(kHairShadows))
-        throw Error(params.Find("shadow")->loc, "unknown shadow \"{}\"", shadow)
-            .WithRemedy(Suggestion(shadow, kHairShadows, std::size(kHairShadows)));
-    s.shadow = static_cast<HairLightIntegrator::Shadow>(found - kHairShadows);
-    const auto number = [&](const char *name, float byDefault, float low, float high) {
-        const float v = params.FindFloat(name, byDefault);
+    // The place of the string in the choices; the first where it is not given.
+    size_t Choice(const char *name, std::span<const std::string_view> choices) const {
+        const std::string given = params.FindString(name, std::string(choices[0]));
+        const auto found = std::find(choices.begin(), choices.end(), given);
+        if (found == choices.end())
+            throw Error(params.Find(name)->loc, "unknown {} \"{}\"", name, given)
+                .WithRemedy(Suggestion(given, choices.data(), choices.size()));
+        return static_cast<size_t>(found - choices.begin());
+    }
+    float Number(const char *name, float byDefault, float low, float high) const {
+        return Within(name, params.FindFloat(name, byDefault), low, high);
+    }
+    int Whole(const char *name, int byDefault, int low, int high) const {
+        return Within(name, params.FindInt(name, byDefault), low, high);
+    }
+
+  private:
+    template <class T>
+    T Within(const char *name, T v, T low, T high) const {
         if (!(v >= low && v <= high))
             throw Error(params.Find(name)->loc, "\"{}\" is {}", name, v)
                 .WithRemedy("it must be {} to {}", low, high);
         return v;
-    };
-    const auto whole = [&](const char *name, int byDefault, int low, int high) {
-        const int v = params.FindInt(name, byDefault);
-        if (v < low || v > high)
-            throw Error(params.Find(name)->loc, "\"{}\" is {}", name, v)
-                .WithRemedy("it must be {} to {}", low, high);
-        return v;
-    };
-    s.map.opacity = number("opacity", 0.5f, 0, 1);
-    s.map.error = number("maperror", 0.01f, 0, 1);
-    s.map.side = static_cast<size_t>(whole("mapresolution", 256, 1, 8192));
-    s.map.samples = static_cast<size_t>(whole("mapsamples", 2, 1, 16));
+    }
+};
+//<
+
+//> Read how hair is lit
+static constexpr std::string_view kHairShadows[] = {"opaque", "traced", "deepmap"};
+
+static std::unique_ptr<Integrator> MakeHairLight(const ParamSet &params) {
+    const IntegratorParams read{params};
+    HairLightIntegrator::Settings s;
+    s.shadow = static_cast<HairLightIntegrator::Shadow>(read.Choice("shadow", kHairShadows));
+    s.map.opacity = read.Number("opacity", 0.5f, 0, 1);
+    s.map.error = read.Number("maperror", 0.01f, 0, 1);
+    s.map.side = static_cast<size_t>(read.Whole("mapresolution", 256, 1, 8192));
+    s.map.samples = static_cast<size_t>(read.Whole("mapsamples", 2, 1, 16));
     s.shellNormals = params.FindBool("shellnormals", false);
-    s.shellCell = number("shellcell", 0, 0, kMaxCoordinate);
-    s.wrap = number("wrap", 0, 0, 1);
-    s.maxDepth = whole("maxdepth", 5, 0, std::numeric_limits<int>::max());
+    s.shellCell = read.Number("shellcell", 0, 0, kMaxCoordinate);
+    s.wrap = read.Number("wrap", 0, 0, 1);
+    s.maxDepth = read.Whole("maxdepth", 5, 0, std::numeric_limits<int>::max());
     return std::make_unique<HairLightIntegrator>(s);
+}
+//<
+
+//> Read how light is scattered twice
+static constexpr std::string_view kHairCounts[] = {"traced", "grid"};
+static constexpr std::string_view kReturns[] = {"half", "printed"};
+
+static std::unique_ptr<Integrator> MakeDualScattering(const ParamSet &params) {
+    const IntegratorParams read{params};
+    DualScatteringIntegrator::Settings s;
+    s.count = static_cast<DualScatteringIntegrator::Count>(read.Choice("count", kHairCounts));
+    s.returned = static_cast<DualScatteringIntegrator::Return>(read.Choice("return", kReturns));
+    s.forwardDensity = read.Number("forwarddensity", s.forwardDensity, 0, 1);
+    s.backwardDensity = read.Number("backwarddensity", s.backwardDensity, 0, 1);
+    s.cell = read.Number("gridcell", 0, 0, kMaxCoordinate);
+    s.maxDepth = read.Whole("maxdepth", 5, 0, std::numeric_limits<int>::max());
+    return std::make_unique<DualScatteringIntegrator>(s);
 }
 //<
 
@@ -135,6 +167,30 @@ static constexpr ParamInfo kHairLightParams[] = {
     {"wrap", "float", "", "0", "how far light reaches around the shell: 1 is all around", 0, 1}};
 //<
 
+//> List the parameters of dual scattering
+static constexpr ParamInfo kDualScatteringParams[] = {
+    kMaxDepth,
+    {.name = "count",
+     .type = "string",
+     .unit = "",
+     .defaultValue = "traced",
+     .meaning = "how the hairs before a place are counted: along a ray (traced), or by a grid of hair",
+     .choices = kHairCounts},
+    {"forwarddensity", "float", "", "1",
+     "share of forward light that neighbours send to a fiber (printed: 0.7)", 0, 1},
+    {"backwarddensity", "float", "", "1", "the same of light that comes back from behind it", 0, 1},
+    {.name = "return",
+     .type = "string",
+     .unit = "",
+     .defaultValue = "half",
+     .meaning =
+         "where light from behind a fiber goes: to the side that it came from (half), or as printed in "
+         "Zinke et al. 2008",
+     .choices = kReturns},
+    {"gridcell", "float", "lengths of the scene", "0",
+     "cells of the grid; 0: 1/96 of the hair's longest side", 0}};
+//<
+
 //> List the integrators
 // To add an integrator: a row here, its class, and its Make function above. The meaning of one that is not
 // rendered says how its picture would differ from the picture that is rendered instead.
@@ -153,6 +209,12 @@ static const PluginRow<IntegratorMaker> kIntegrators[] = {
       .meaning = "ours: direct light that passes hair, and the normals of the hair's shell",
       .ours = true},
      MakeHairLight},
+    {{.name = "dualscattering",
+      .params = kDualScatteringParams,
+      .meaning = "ours: light in hair without paths, forward through the hair before a place and back from "
+                 "behind it (Zinke et al. 2008)",
+      .ours = true},
+     MakeDualScattering},
     {{"volpath", kPathParams,
       "the picture is the same where there are no participating media, which are not rendered", "path"},
      MakePath},

@@ -187,6 +187,20 @@ bool Scene::Occluded(const SceneRay &ray) const {
     return instances_.Occluded(ray.ray, OccludedInstance, &query);
 }
 
+float Scene::OccludedBySolidsOf(void *query, uint32_t instance, const Ray &ray) {
+    const auto &q = *static_cast<InstanceQuery *>(query);
+    return q.scene.objectOf_[instance]->OccludedBySolids(ray) ? 0.f : -1.f;
+}
+
+bool Scene::OccludedBySolids(const SceneRay &ray) const {
+    if (world_.OccludedBySolids(ray.ray))
+        return true;
+    if (instances_.Size() == 0)
+        return false;
+    InstanceQuery query{*this, ray};
+    return instances_.Occluded(ray.ray, OccludedBySolidsOf, &query);
+}
+
 void Scene::ForEachCurve(
     const std::function<void(const CurveSegment &, const Transform *toWorld)> &use) const {
     const auto each = [&](const ShapeGroup &shapes, const Transform *toWorld) {

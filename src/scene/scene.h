@@ -46,6 +46,8 @@ class Scene {
     bool Intersect(const SceneRay &ray, SurfaceInteraction *si) const;
     // Whether any surface lies in (tMin, tMax).
     bool Occluded(const SceneRay &ray) const;
+    // The same of surfaces that are no hair.
+    bool OccludedBySolids(const SceneRay &ray) const;
     // A ray that leaves si along w (unit length) and does not hit the place that it starts from: curves
     // decide that by geometry, solids by the bound of the hit point's rounding error. Where the scene's
     // options ask for pbrt-v3's way, a ray leaves a curve as there: two widths, as an error bound of each
@@ -91,6 +93,7 @@ class Scene {
 
     static float IntersectInstance(void *query, uint32_t instance, const Ray &ray);
     static float OccludedInstance(void *query, uint32_t instance, const Ray &ray);
+    static float OccludedBySolidsOf(void *query, uint32_t instance, const Ray &ray);
     void Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupHit &hit,
                   SurfaceInteraction *si) const;
     const StrandColors *StrandColorsOf(uint32_t group, uint32_t segment) const;

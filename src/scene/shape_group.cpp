@@ -12,9 +12,8 @@ bool ShapeGroup::Intersect(Ray ray, const CurveOrigin *origin, ShapeGroupHit *hi
 }
 
 bool ShapeGroup::Occluded(const Ray &ray, const CurveOrigin *origin) const {
-    return (haveSolids && solids.Occluded(ray)) ||
-           (haveCurves &&
-            (binaryCurves ? binaryCurves->Occluded(ray, origin) : curves.Occluded(ray, origin)));
+    return OccludedBySolids(ray) || (haveCurves && (binaryCurves ? binaryCurves->Occluded(ray, origin)
+                                                                 : curves.Occluded(ray, origin)));
 }
 
 Bounds3f ShapeGroup::Bound() const {

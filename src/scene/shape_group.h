@@ -35,6 +35,7 @@ struct ShapeGroup {
     // else nullptr.
     bool Intersect(Ray ray, const CurveOrigin *origin, ShapeGroupHit *hit) const;
     bool Occluded(const Ray &ray, const CurveOrigin *origin) const;
+    bool OccludedBySolids(const Ray &ray) const { return haveSolids && solids.Occluded(ray); }
     CurveSegment Segment(uint32_t i) const {
         return binaryCurves ? binaryCurves->Segment(i) : curves.Segment(i);
     }

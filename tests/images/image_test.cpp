@@ -656,7 +656,8 @@ TEST_F(Damaged, ChangedBytesNeverCrash) {
 
 TEST_F(AtomicWrite, WriteImageRefusesWhatItCannotWrite) {
     const Image image = Gradient(2, 2, {"R", "G", "B"});
-    EXPECT_NE(MessageOf([&] { WriteImage(Path("a.jpg"), image); }).find(".exr, .pfm or .png"), std::string::npos);
+    EXPECT_NE(MessageOf([&] { WriteImage(Path("a.jpg"), image); }).find(".exr, .pfm or .png"),
+              std::string::npos);
     EXPECT_NE(MessageOf([&] { WriteImage(Path("a.exr"), Image()); }).find("no pixel"), std::string::npos);
     Image wrong = image;
     wrong.data.pop_back();

@@ -14,5 +14,6 @@ FigureData ModelsChart(const FigureOptions &options);
 FigureData QuadratureChart(const FigureOptions &options);
 FigureData RenderChart(const FigureOptions &options);
 FigureData RootsChart(const FigureOptions &options);
+FigureData ScatteringChart(const FigureOptions &options);
 
 } // namespace cuticle
