@@ -45,7 +45,8 @@ double MeanOf(const Image &image, size_t from = 0, size_t to = 24) {
 // The table of one hair of this material.
 FiberAlbedoTable TableOf(const std::string &material) {
     SceneDescription description = Described(
-        "\"path\"", material + " Shape \"curve\" \"point P\" [-9 0 0 -3 0 0 3 0 0 9 0 0] \"float width\" 1");
+        "\"path\"", "LightSource \"distant\" " + material +
+                        " Shape \"curve\" \"point P\" [-9 0 0 -3 0 0 3 0 0 9 0 0] \"float width\" 1");
     const Scene scene(&description, {});
     SurfaceInteraction si;
     EXPECT_TRUE(scene.Intersect(SceneRay{{.o = {0, 0.1f, -4}, .d = {0, 0, 1}}, {}, false}, &si));
