@@ -71,7 +71,7 @@ def main():
     parser.add_argument("--quality", choices=["draft", "paper"], default="paper")
     parser.add_argument("--pictures", type=pathlib.Path, help="rendered before: nothing is rendered")
     parser.add_argument("ids", nargs="*", help="default: all that can be made")
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     sections, broken = [], 0
     for row in figures(arguments.program):
