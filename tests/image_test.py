@@ -25,7 +25,7 @@ UNDER_WAY = ROOT / "build" / "references"
 # With 32 samples one block or more is beyond the z-test in half of all seeds of the rooms, and of heads of real hair,
 # of which a pixel sees many hairs.
 SAMPLES = {"furnace": (128, 4), **{f"head-{style}": (128, 1024) for style in ["straight", "wavy", "dyed"]},
-           "materials": (512, 2048), "quickstart": (128, 1024), "room": (128, 1024),
+           "materials": (512, 2048), "quickstart": (128, 1024), "fur-ball": (128, 1024), "room": (128, 1024),
            "lantern-room-around": (128, 1024)}
 DEFAULT = (32, 1024)
 # Figures that are rendered: 200 pixels wide. Their numbers are kept in 7 bits, their variances in 3.

@@ -105,6 +105,10 @@ inline FiberInputs EdgeInputs(Chooser &c, const FiberModel &model) {
 inline OwnValue EdgeValue(Chooser &c, const ParamInfo &p) {
     if (p.type == "bool")
         return {p.name, c.OneIn(2)};
+    if (p.type == "string" && p.choices.empty()) { // names with blanks between; some are refused
+        constexpr std::string_view kOrders[] = {"R", "TT", "TRT", "R TRT", "R TT TRT", "TT TRT rest", "rest"};
+        return {p.name, c.Of(kOrders)};
+    }
     if (p.type == "string")
         return {p.name, p.choices[c.Below(static_cast<uint32_t>(p.choices.size()))]};
     const bool bounded = std::isfinite(p.low) && std::isfinite(p.high);
