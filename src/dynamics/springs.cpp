@@ -81,7 +81,9 @@ void KeyStrands::StepSprings(size_t s, double dt, const Pose &before, const Pose
                                   : span == 2 ? SpringStiffness(physics_.bending, edge, sin2)
                                               : SpringStiffness(physics_.twist, edge, sin2) / 9;
             const double stable = Mass(s, std::min(i, n - 2)) / (h * h);
-            springs.push_back({i, span, length, std::min(wanted, (span == 1 ? 0.2 : 0.03) * stable)});
+            const double bearable = (span == 1 ? 0.2 : 0.03) * stable;
+            springs.push_back(
+                {i, span, length, physics_.springsAsPrinted ? wanted : std::min(wanted, bearable)});
         }
     std::vector<Vector3d> x(n), v(n), force(n), tangents(n);
     for (size_t i = 0; i < n; ++i) {

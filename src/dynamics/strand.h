@@ -33,8 +33,9 @@ struct StrandPhysics {
     double clearance = 0.03; // cm that points keep from obstacles; less where they rest nearer
     size_t newtonSteps = 3;
     StrandMethod method = StrandMethod::Rods;
-    size_t springSteps = 200; // small steps of springs in a step
-    size_t fixed = 2;         // points that the head carries: 2 a clamp, 1 a joint, 0 none
+    size_t springSteps = 200;      // small steps of springs in a step
+    bool springsAsPrinted = false; // not held back to what a small step bears: for the atlas
+    size_t fixed = 2;              // points that the head carries: 2 a clamp, 1 a joint, 0 none
 };
 //<
 

@@ -79,6 +79,12 @@ constexpr std::array kFaults = std::to_array<AtlasFault>({
     {22, "DemuxFloat makes few different numbers; u = 0 gives density 0", "mended",
      "DemuxFloat.KeepsTheBitsOfU DemuxFloat.ValuesAreSpreadWithinTheirCells "
      "Hair.RandomNumbersAtTheEndsHaveADensity"},
+    {23, "explicit springs: stable for steps below the root of mass over stiffness", "mended",
+     "Atlas.SpringsAreStableBelowTheirLimit Springs.HoldCurlsButLetStraightHairHang"},
+    {24, "plain steps toward a density raise its energy above a factor that depends on it", "mended",
+     "Directing.TheStiffnessBoundsTheStep"},
+    {25, "a load without measure, or a number that is none, ends a strand", "mended",
+     "Simulations.HugeAndMissingNumbersStayFinite"},
 });
 
 // To add a map: let the function of its chapter return it too. To add a chapter: declare its function in
@@ -89,6 +95,7 @@ constexpr std::array kChapters = std::to_array<AtlasChapter>({
     {"azimuthal", "N_p: quadrature, wrapping, caustics", AzimuthalMaps},
     {"paths", "A_p, the last lobe, the cubic, reciprocity of A_p", PathMaps},
     {"sampling", "DemuxFloat, numbers at the ends, curves", SamplingMaps},
+    {"dynamics", "springs and rods, loads, the pull toward a density", DynamicsMaps},
     {"roughness", "every model over its roughness", RoughnessMaps},
     {"models", "every model over its other parameters", ModelMaps},
 });
@@ -107,7 +114,7 @@ PlotAxis AxisOf(const AtlasAxis &axis) {
     plot.exponents = axis.exponent;
     const double decades = axis.high - axis.low;
     if (axis.exponent)
-        plot.step = decades > 6 ? 2 : decades > 2 ? 1 : 0.5;
+        plot.step = decades > 24 ? 12 : decades > 6 ? 2 : decades > 2 ? 1 : 0.5;
     return plot;
 }
 

@@ -98,6 +98,7 @@ std::vector<AtlasMap> LongitudinalMaps(const AtlasOptions &options);
 std::vector<AtlasMap> AzimuthalMaps(const AtlasOptions &options);
 std::vector<AtlasMap> PathMaps(const AtlasOptions &options);
 std::vector<AtlasMap> SamplingMaps(const AtlasOptions &options);
+std::vector<AtlasMap> DynamicsMaps(const AtlasOptions &options);
 std::vector<AtlasMap> RoughnessMaps(const AtlasOptions &options);
 std::vector<AtlasMap> ModelMaps(const AtlasOptions &options);
 
