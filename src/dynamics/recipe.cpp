@@ -1,6 +1,7 @@
 #include "dynamics/recipe.h"
 
 #include "core/error.h"
+#include "dynamics/pose_file.h"
 #include "grooms/groom_file.h"
 #include "grooms/groom_params.h"
 #include "grooms/procedural.h"
@@ -72,6 +73,20 @@ constexpr ParamInfo kKeysParams[] = {
     {"shift", "vector3s", "cm", "none", "a shift for each time; the first is 0 0 0", -1e6, 1e6},
     {"pivot", "point3", "cm", "0 -12 -3", "point that the head turns about: the neck", -1e6, 1e6},
 };
+constexpr std::string_view kUpAxes[] = {"y", "z"};
+constexpr ParamInfo kPosesParams[] = {
+    {"filename", "string", "", "",
+     "a .usda file in which an Xform has time samples, or a table with a line for each frame: its number, a "
+     "place x y z, and a turn: a vector (degrees) whose direction is the axis, or a quaternion w x y z"},
+    {"prim", "string", "", "the first that moves", "the Xform of a .usda file, by its name or path"},
+    {"fps", "float", "1/s", "24, or the .usda file's timeCodesPerSecond", "frames of the file a second", 1e-3,
+     1e5},
+    {"start", "float", "", "the first", "the file's frame at which the hair is groomed and time begins", -1e6,
+     1e6},
+    {"unit", "float", "cm", "1, or the .usda file's metersPerUnit", "length of a unit of the file", 1e-6,
+     1e6},
+    ChoiceParam("up", kUpAxes, "axis of a table that is up: of z, (x, y, z) is turned to (x, z, -y)"),
+};
 constexpr ParamInfo kGridParams[] = {
     {"drag", "float", "1/s", "20", "by which hair is drawn to the velocity of the hair around it", 0, 1e6},
     {"cell", "float", "cm", "1.5", "side of a cell", 0.01, 1e4},
@@ -110,7 +125,12 @@ std::vector<StatementKind> MakeStatementKinds() {
           {"ellipsoid", kEllipsoidParams, "an ellipsoid"},
           {"capsule", kCapsuleParams, "a cylinder with round ends"}},
          true},
-        {"Motion", {{"keys", kKeysParams, "the head, and obstacles with it, move by keys on a smooth way"}}},
+        {"Motion",
+         {{"keys", kKeysParams, "the head, and obstacles with it, move by keys on a smooth way"},
+          {"poses", kPosesParams,
+           "the head, and obstacles with it, move as a file says; hair is groomed on the head where it "
+           "stands "
+           "at the first pose"}}},
         {"HairToHair", {{"grid", kGridParams, "hair holds hair: velocities are smoothed on a grid"}}},
         {"Target", {{"density", kDensityParams, "hair is drawn to where a target's density is"}}},
         {"Wind",
@@ -191,6 +211,19 @@ HeadMotion MakeMotion(const ParamSet &p) {
     return {std::move(keys), VectorOf(p, "pivot", {0, -12, -3})};
 }
 
+HeadMotion MakePoses(const ParamSet &p) {
+    const PlaceScope place(p.loc);
+    const std::string filename = p.FindFilename("filename");
+    if (filename.empty())
+        throw Error("this motion needs \"string filename\"");
+    const auto given = [&](std::string_view name) {
+        const Param *param = p.Find(name);
+        return param != nullptr ? std::optional(param->numbers[0]) : std::nullopt;
+    };
+    return HeadMotion(ReadPoseFile(filename, {p.FindString("prim", ""), given("fps"), given("start"),
+                                              given("unit"), p.FindString("up", "y") == "z"}));
+}
+
 void ReadStrands(const ParamSet &p, SimulationRecipe *recipe) {
     SimulationSettings &s = recipe->settings;
     StrandPhysics &physics = s.physics;
@@ -253,7 +286,7 @@ SimulationRecipe MakeRecipe(const std::vector<Statement> &statements, const std:
         else if (directive == "Obstacle")
             bodies.push_back(MakeRecipeObstacle(s));
         else if (directive == "Motion")
-            recipe.settings.motion = MakeMotion(s.params);
+            recipe.settings.motion = s.row->name == "poses" ? MakePoses(s.params) : MakeMotion(s.params);
         else if (directive == "HairToHair")
             recipe.settings.coupling = {NumberOf(s.params, "drag", 20), NumberOf(s.params, "cell", 1.5),
                                         CountOf(s.params, "passes", 2), NumberOf(s.params, "flip", 0)};

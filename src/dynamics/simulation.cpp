@@ -13,29 +13,64 @@
 namespace cuticle {
 
 //> Find where the head is
+// Times among those of keys, and how to go from the one before to the one behind: weights of their values,
+// and of their slopes, which are those from neighbour to neighbour.
+struct KeyPlace {
+    size_t i;          // between i - 1 and i; 0 or the number of keys: outside
+    double a, b, c, d; // of value i - 1, value i, slope i - 1 and slope i
+};
+template <typename Key>
+static KeyPlace PlaceAmong(const std::vector<Key> &keys, double time) {
+    const auto above = std::upper_bound(keys.begin(), keys.end(), time,
+                                        [](double t, const Key &key) { return t < key.time; });
+    const auto i = static_cast<size_t>(above - keys.begin());
+    if (i == 0 || i == keys.size())
+        return {i, 1, 0, 0, 0};
+    const double span = keys[i].time - keys[i - 1].time, f = (time - keys[i - 1].time) / span, f2 = f * f,
+                 f3 = f2 * f;
+    return {i, 2 * f3 - 3 * f2 + 1, 3 * f2 - 2 * f3, (f3 - 2 * f2 + f) * span, (f3 - f2) * span};
+}
+// Goes on a cubic through value(k), a vector for each of the keys, which stands still at both ends.
+template <typename Key, typename Value>
+static Vector3d OnCubic(const std::vector<Key> &keys, const KeyPlace &at, const Value &value) {
+    const auto slope = [&](size_t k) {
+        return k == 0 || k + 1 == keys.size()
+                   ? Vector3d{}
+                   : (value(keys[k + 1]) - value(keys[k - 1])) / (keys[k + 1].time - keys[k - 1].time);
+    };
+    return value(keys[at.i - 1]) * at.a + value(keys[at.i]) * at.b + slope(at.i - 1) * at.c +
+           slope(at.i) * at.d;
+}
 Pose HeadMotion::At(double time) const {
+    if (!poses_.empty())
+        return BetweenPoses(time);
     if (keys_.empty())
         return {};
-    const auto above = std::upper_bound(keys_.begin(), keys_.end(), time,
-                                        [](double t, const Key &key) { return t < key.time; });
-    const auto i = static_cast<size_t>(above - keys_.begin());
-    if (i == 0 || i == keys_.size()) {
-        const Key &key = i == 0 ? keys_.front() : keys_.back();
+    const KeyPlace at = PlaceAmong(keys_, time);
+    if (at.i == 0 || at.i == keys_.size()) {
+        const Key &key = at.i == 0 ? keys_.front() : keys_.back();
         return TurnAbout(pivot_, key.turn, key.shift);
     }
-    const Key &a = keys_[i - 1], &b = keys_[i];
-    const double span = b.time - a.time, f = (time - a.time) / span, f2 = f * f, f3 = f2 * f;
-    // At a key in between the velocity is that from its neighbour before to the one behind
-    const auto cubic = [&](Vector3d Key::*value) {
-        const auto slope = [&](size_t k) {
-            return k == 0 || k + 1 == keys_.size() ? Vector3d{}
-                                                   : (keys_[k + 1].*value - keys_[k - 1].*value) /
-                                                         (keys_[k + 1].time - keys_[k - 1].time);
-        };
-        return a.*value * (2 * f3 - 3 * f2 + 1) + b.*value * (3 * f2 - 2 * f3) +
-               (slope(i - 1) * (f3 - 2 * f2 + f) + slope(i) * (f3 - f2)) * span;
+    return TurnAbout(pivot_, OnCubic(keys_, at, [](const Key &key) { return key.turn; }),
+                     OnCubic(keys_, at, [](const Key &key) { return key.shift; }));
+}
+//<
+
+//> Follow poses that others made
+Pose HeadMotion::BetweenPoses(double time) const {
+    const KeyPlace at = PlaceAmong(poses_, time);
+    if (at.i == 0 || at.i == poses_.size())
+        return (at.i == 0 ? poses_.front() : poses_.back()).pose;
+    const auto axis = [&](Vector3d Pose::*which) {
+        return OnCubic(poses_, at, [which](const TimedPose &p) { return p.pose.*which; });
     };
-    return TurnAbout(pivot_, cubic(&Key::turn), cubic(&Key::shift));
+    Pose pose;
+    pose.x = Normalize(axis(&Pose::x));
+    const Vector3d y = axis(&Pose::y);
+    pose.y = Normalize(y - pose.x * Dot(pose.x, y));
+    pose.z = Cross(pose.x, pose.y);
+    pose.origin = axis(&Pose::origin);
+    return pose;
 }
 //<
 

@@ -19,6 +19,7 @@ namespace cuticle {
 
 //> Move a head by keys
 // Between keys turns and shifts follow smooth cubics; before the first and after the last the head stands.
+// Poses that others made (dynamics/pose_file.h) are followed likewise.
 class HeadMotion {
   public:
     struct Key {
@@ -26,12 +27,19 @@ class HeadMotion {
         Vector3d turn; // about the pivot: its direction the axis, its length the angle
         Vector3d shift;
     };
+    struct TimedPose {
+        double time; // s, growing from pose to pose
+        Pose pose;   // less than half a turn from the one before
+    };
     HeadMotion() = default;
+    explicit HeadMotion(std::vector<TimedPose> poses) : poses_(std::move(poses)) {}
     HeadMotion(std::vector<Key> keys, const Vector3d &pivot) : keys_(std::move(keys)), pivot_(pivot) {}
     Pose At(double time) const;
 
   private:
+    Pose BetweenPoses(double time) const;
     std::vector<Key> keys_;
+    std::vector<TimedPose> poses_;
     Vector3d pivot_;
 };
 //<

@@ -60,8 +60,8 @@ bool MakeOperation(std::string_view name, const std::vector<double> &v, Transfor
 // Reads the prims of a layer.
 class LayerReader {
   public:
-    LayerReader(UsdText &text, const std::string &name, std::optional<double> time)
-        : time_(time), text_(text), name_(name) {}
+    LayerReader(UsdText &text, const std::string &name, std::optional<double> time, UsdSamples samples)
+        : time_(time), samples_(samples), text_(text), name_(name) {}
 
     UsdLayer Read() {
         UsdLayer layer;
@@ -73,15 +73,17 @@ class LayerReader {
                 layer.upAxis = text_.OneString();
                 return true;
             }
-            if (key == "metersPerUnit") {
-                const size_t at = text_.At();
-                const std::vector<double> number = text_.Numbers();
-                if (number.size() != 1 || !(number[0] > 0))
-                    text_.Fail(at, "metersPerUnit takes one number above 0");
-                layer.metersPerUnit = number[0];
-                return true;
-            }
-            return false;
+            double *number = key == "metersPerUnit"        ? &layer.metersPerUnit
+                             : key == "timeCodesPerSecond" ? &layer.timeCodesPerSecond
+                                                           : nullptr;
+            if (number == nullptr)
+                return false;
+            const size_t at = text_.At();
+            const std::vector<double> numbers = text_.Numbers();
+            if (numbers.size() != 1 || !(numbers[0] > 0))
+                text_.Fail(at, "{} takes one number above 0", key);
+            *number = numbers[0];
+            return true;
         });
         while (text_.Peek() != '\0')
             Statement(-1);
@@ -137,7 +139,7 @@ class LayerReader {
         prims_[index].hidden = specifier != "def";
         const size_t at = text_.At();
         const std::string_view type = text_.Word();
-        text_.String();
+        prims_[index].name = text_.String();
         if (type == "PointInstancer") {
             prims_[index].hidden = true;
             Warning("USD point instancers", name_ +
@@ -216,6 +218,8 @@ class LayerReader {
         const bool operation = property.starts_with("xformOp:");
         if (attribute == nullptr && !operation && byTime)
             return false;
+        if (operation && byTime && samples_ == UsdSamples::Keep)
+            return KeepSamples(property, &prim);
         if (byTime && (attribute == nullptr || !attribute->given)) {
             if (!time_)
                 Warning("USD time samples",
@@ -257,6 +261,39 @@ class LayerReader {
         return true;
     }
 
+    // All samples of an operation.
+    bool KeepSamples(std::string_view property, UsdPrim *prim) {
+        auto &samples = prim->samples[std::string(property)];
+        text_.Expect('{', "before time samples");
+        while (!text_.Take('}')) {
+            const double time = SampleTime();
+            if (text_.Peek() == 'N') {
+                text_.SkipValue();
+            } else {
+                const size_t at = text_.At();
+                std::vector<double> numbers = text_.Numbers();
+                if (!samples.empty() && numbers.size() != samples.begin()->second.size())
+                    text_.Fail(at, "this sample has {} numbers, the first has {}", numbers.size(),
+                               samples.begin()->second.size());
+                samples.insert_or_assign(time, std::move(numbers));
+            }
+            if (text_.Peek() != '}')
+                text_.Expect(',', "between time samples");
+        }
+        if (samples.empty())
+            prim->samples.erase(std::string(property));
+        return true;
+    }
+    // The time before a sample's value, and the colon.
+    double SampleTime() {
+        const size_t at = text_.At();
+        const std::vector<double> time = text_.Numbers();
+        if (time.size() != 1)
+            text_.Fail(at, "a sample's time was expected, one number");
+        text_.Expect(':', "after a sample's time");
+        return time[0];
+    }
+
     // { 1: value, 2: value, ... }: the last one that is no later than the time asked for is read, or the
     // first.
     template <typename ReadOne>
@@ -264,16 +301,12 @@ class LayerReader {
         text_.Expect('{', "before time samples");
         double best = 0, earliest = INFINITY, latest = -INFINITY;
         for (bool first = true; !text_.Take('}'); first = false) {
-            const size_t at = text_.At();
-            const std::vector<double> time = text_.Numbers();
-            if (time.size() != 1)
-                text_.Fail(at, "a sample's time was expected, one number");
-            text_.Expect(':', "after a sample's time");
-            earliest = std::min(earliest, time[0]), latest = std::max(latest, time[0]);
-            const bool nearer = time_ && time[0] <= *time_ && (best > *time_ || time[0] >= best);
+            const double time = SampleTime();
+            earliest = std::min(earliest, time), latest = std::max(latest, time);
+            const bool nearer = time_ && time <= *time_ && (best > *time_ || time >= best);
             if (text_.Peek() != 'N' && (first || nearer)) {
                 readOne();
-                best = time[0];
+                best = time;
             } else {
                 text_.SkipValue();
             }
@@ -290,6 +323,7 @@ class LayerReader {
     }
 
     std::optional<double> time_;
+    UsdSamples samples_;
     UsdText &text_;
     const std::string &name_;
     std::vector<UsdPrim> prims_;
@@ -297,8 +331,38 @@ class LayerReader {
 
 } // namespace
 
-UsdLayer ReadUsdLayer(UsdText &text, const std::string &name, std::optional<double> time) {
-    return LayerReader(text, name, time).Read();
+UsdLayer ReadUsdLayer(UsdText &text, const std::string &name, std::optional<double> time,
+                      UsdSamples samples) {
+    return LayerReader(text, name, time, samples).Read();
+}
+
+void SetUsdTime(std::vector<UsdPrim> *prims, double time) {
+    for (UsdPrim &prim : *prims)
+        for (const auto &[name, samples] : prim.samples) {
+            const auto above = samples.lower_bound(time);
+            std::vector<double> numbers = above == samples.end() ? samples.rbegin()->second : above->second;
+            if (above != samples.end() && above != samples.begin()) {
+                const auto below = std::prev(above);
+                const double f = (time - below->first) / (above->first - below->first);
+                // A quaternion and its negative are the same turn
+                double product = 0;
+                for (size_t k = 0; k < numbers.size(); ++k)
+                    product += numbers[k] * below->second[k];
+                const double sign = name.starts_with("xformOp:orient") && product < 0 ? -1 : 1;
+                for (size_t k = 0; k < numbers.size(); ++k)
+                    numbers[k] = numbers[k] * f + below->second[k] * sign * (1 - f);
+            }
+            Transform t;
+            if (MakeOperation(name, numbers, &t))
+                prim.operations.insert_or_assign(name, t);
+        }
+}
+
+std::string UsdPrimPath(const std::vector<UsdPrim> &prims, size_t index) {
+    std::string path;
+    for (auto i = static_cast<ptrdiff_t>(index); i >= 0; i = prims[static_cast<size_t>(i)].parent)
+        path = "/" + prims[static_cast<size_t>(i)].name + path;
+    return path;
 }
 
 Transform UsdPrimToLayer(const std::vector<UsdPrim> &prims, size_t index, const std::string &name) {

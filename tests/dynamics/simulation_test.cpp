@@ -4,13 +4,17 @@
 #include "core/error.h"
 #include "core/isa.h"
 #include "core/parallel.h"
+#include "dynamics/pose_file.h"
 #include "dynamics/recipe.h"
 #include "grooms/procedural.h"
 #include "message_of.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 
 namespace cuticle {
@@ -273,6 +277,124 @@ TEST(Motions, PassThroughTheirKeysSmoothly) {
     }
 }
 
+// A point of the head at rest, where it is by a pose: with the first pose undone.
+Vector3d Rotated(const Vector3d &p, double degrees) { // about y
+    const double a = degrees * kPi<double> / 180;
+    return {p.x * std::cos(a) + p.z * std::sin(a), p.y, p.z * std::cos(a) - p.x * std::sin(a)};
+}
+
+TEST(Motions, PosesThatOthersMade) {
+    // Three frames of a head that stands turned by 30 degrees at (1, 2, 3) when it begins
+    const std::string turns = "frame,x,y,z,rx,ry,rz\n"
+                              "10, 1,2,3, 0,30,0\n12; 1 2 4; 0 70 0 # on\n\n16 2 2 4 0 90 0\n";
+    const std::string quaternions =
+        fmt::format("10 1 2 3 {} 0 {} 0\n12 1 2 4 {} 0 {} 0\n16 2 2 4 -{} 0 -{} 0\n",
+                    std::cos(kPi<double> / 12), std::sin(kPi<double> / 12), std::cos(kPi<double> * 7 / 36),
+                    std::sin(kPi<double> * 7 / 36), std::cos(kPi<double> / 4), std::sin(kPi<double> / 4));
+    // The same by an Xform in an Xform: the outer one turns and is twice as large, lengths are metres
+    const std::string usda = R"(#usda 1.0
+(
+    metersPerUnit = 0.01
+    timeCodesPerSecond = 5
+    upAxis = "Y"
+)
+def Xform "Still"
+{
+    double3 xformOp:translate = (1, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Xform "World"
+{
+    double3 xformOp:scale = (2, 2, 2)
+    float xformOp:rotateY.timeSamples = { 10: 30, 12: 70, 16: 90, }
+    double3 xformOp:translate.timeSamples = { 10: (1, 2, 3), 12: (1, 2, 4), 14: (1.5, 2, 4), 16: (2, 2, 4) }
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateY", "xformOp:scale"]
+    def Mesh "Head"
+    {
+    }
+}
+)";
+    const Vector3d local{3, 4, 5};
+    const Vector3d start = Rotated(local, 30) + Vector3d{1, 2, 3};
+    PoseFileOptions inFifths;
+    inFifths.framesPerSecond = 5;
+    PoseFileOptions ofHead = {}, fromTwelve = inFifths;
+    ofHead.prim = "/World/Head";
+    fromTwelve.start = 12;
+    const HeadMotion motions[] = {
+        HeadMotion(ParsePoses(turns, "t", inFifths)), HeadMotion(ParsePoses(quaternions, "q", inFifths)),
+        HeadMotion(ParsePoses(usda, "u", {})), HeadMotion(ParsePoses(usda, "u", ofHead))};
+    for (const HeadMotion &motion : motions) {
+        EXPECT_LT((motion.At(0).Point(start) - start).Length(), 1e-6);
+        EXPECT_LT((motion.At(0.4).Point(start) - (Rotated(local, 70) + Vector3d{1, 2, 4})).Length(), 1e-6);
+        for (const double end : {1.2, 9.})
+            EXPECT_LT((motion.At(end).Point(start) - (Rotated(local, 90) + Vector3d{2, 2, 4})).Length(),
+                      1e-6);
+        for (double t = -0.1; t < 1.4; t += 0.013) { // rigid, and no jump of place or velocity
+            const Pose pose = motion.At(t);
+            EXPECT_NEAR(pose.x.Length(), 1, 1e-12);
+            EXPECT_NEAR(Dot(pose.x, pose.y), 0, 1e-12);
+            EXPECT_NEAR(Dot(Cross(pose.x, pose.y), pose.z), 1, 1e-12);
+            const auto at = [&](double time) { return motion.At(time).Point(start); };
+            const Vector3d before = (at(t) - at(t - 1e-4)) / 1e-4, after = (at(t + 1e-4) - at(t)) / 1e-4;
+            EXPECT_LT((before - after).Length(), 0.2) << t;
+        }
+    }
+    EXPECT_LT((HeadMotion(ParsePoses(turns, "t", fromTwelve)).At(0.8).Point(Rotated(local, 70)) -
+               (Rotated(local, 90) + Vector3d{2, 2, 4} - Rotated(Vector3d{1, 2, 4}, 20)))
+                  .Length(),
+              1e-6);
+    // A table whose z axis is up, in inches: a turn about its z and a step along its y are ours about y and -z
+    PoseFileOptions zUp;
+    zUp.isZUp = true, zUp.unit = 2.54;
+    const Pose turned = HeadMotion(ParsePoses("0 0 0 0 0 0 0\n24 0 1 0 0 0 40\n", "z", zUp)).At(1);
+    EXPECT_LT((turned.Point(local) - (Rotated(local, 40) + Vector3d{0, 0, -2.54})).Length(), 1e-6);
+}
+
+TEST(Motions, MistakesInPosesAreNamed) {
+    const auto says = [](const std::string &text, const PoseFileOptions &options = {}) {
+        return MessageOf([&] { ParsePoses(text, "p", options); });
+    };
+    const std::string xform = "#usda 1.0\ndef Xform \"Head\" {\n  double3 ";
+    const std::string order = "\n  uniform token[] xformOpOrder = [\"xformOp:scale\"]\n}\n";
+    PoseFileOptions nobody, late;
+    nobody.prim = "Hat", late.start = 3;
+    const std::pair<std::string, std::string> mistakes[] = {
+        {says(""), "p:1:1: error: there is no pose"},
+        {says("1 2 3\n"), "p:1:1: error: this line has 3 numbers; 7 are a frame"},
+        {says("1 0 0 0 0 0 0\n2 0 0 0 0 0 0 1\n"),
+         "p:2:1: error: this line has 8 numbers, the lines before it have 7"},
+        {says("1 0 0 0 0 0 0\n1 0 0 0 0 0 0\n"),
+         "p:2:1: error: frame 1 stands after frame 1; frames must grow"},
+        {says("1 0 0 0 0 zero 0\n"), "p:1:11: error: \"zero\" is no number"},
+        {says("x y\nframe x\n"), "p:2:1: error: \"frame\" is no number"},
+        {says("1 0 0 nan 0 0 0\n"), "p:1:7: error: \"nan\" is no number"},
+        {says("1 0 0 1e300 0 0 0\n"), "within a million"},
+        {says("1 0 0 0 0 0 0 0\n"), "is no quaternion; no turn is 1 0 0 0"},
+        {says("1 0 0 0 0 0 0\n2 0 0 0 0 170 0\n"),
+         "p:2:1: error: between frames 1 and 2 the head turns by 170 degrees"},
+        {says("1 0 0 0 0 0 0\n", late), "there is no frame 3 to start from; the file has frames 1 to 1"},
+        {says("#usda 1.0\n"), "no prim of this layer has xformOps with time samples"},
+        {says(xform + "xformOp:scale.timeSamples = {1: (1, 1, 1), 2: (1, 2, 1)}" + order),
+         "at frame 2 the head is scaled"},
+        {says(xform + "xformOp:scale.timeSamples = {1: (0, 1, 1), 2: (1, 1, 1)}" + order),
+         "scaled to nothing"},
+        {says(xform + "xformOp:scale.timeSamples = {1: (1, 1, 1), 2: (1, 1)}" + order),
+         "p:3:57: error: this sample has 2"},
+        {says(xform + "xformOp:scale.timeSamples = {1: (1, 1, 1)}" + order, nobody),
+         "no prim is named \"Hat\"; these move: /Head"},
+        {says(xform + "xformOp:scale = (1, 1, 1)" + order,
+              [] {
+                  PoseFileOptions o;
+                  o.prim = "Head";
+                  return o;
+              }()),
+         "/Head does not move"},
+    };
+    for (const auto &[said, message] : mistakes)
+        EXPECT_NE(said.find(message), std::string::npos) << message << "\nis not in\n" << said;
+}
+
 SimulationRecipe Parse(const std::string &text) { return ParseSimulationRecipe(text, "r.recipe"); }
 
 TEST(Recipes, SayWhatTheyAskFor) {
@@ -321,6 +443,9 @@ TEST(Recipes, MistakesAreNamed) {
         {hair + "Motion \"keys\" \"float time\" [0 1] \"vector3 turn\" [0 0 0]", "1 vectors for 2 times"},
         {hair + "Motion \"keys\" \"float time\" [0 1] \"vector3 turn\" [1 0 0 0 0 0]",
          "does not begin with 0 0 0"},
+        {hair + "Motion \"poses\"", "r.recipe:2:1: error: this motion needs \"string filename\""},
+        {hair + "Motion \"poses\" \"string filename\" \"none.txt\"", "none.txt"},
+        {hair + "Motion \"poses\" \"string up\" \"x\"", "up"},
         {hair + "Target \"density\"", "r.recipe:2:1: error: this target needs \"string filename\""},
         {hair + "Target \"density\" \"string kernel\" \"tend\"", "Did you mean \"tent\"?"},
         {"Hair \"hairfile\"", "needs \"string filename\""},
@@ -330,6 +455,18 @@ TEST(Recipes, MistakesAreNamed) {
     for (const auto &[text, message] : mistakes)
         EXPECT_NE(says(text).find(message), std::string::npos) << text << "\nis answered with\n"
                                                                << says(text);
+}
+
+TEST(Recipes, ReadPosesBesideThem) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "poses";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "head.txt") << "5 0 0 0 0 0 0\n9 0 0 0 0 0 0\n10 0 0 0 0 0 90\n11 0 0 0 0 0 90\n";
+    const SimulationRecipe r = ParseSimulationRecipe(R"(
+        Hair "groom" "integer strands" 5
+        Motion "poses" "string filename" "head.txt" "float fps" 2 "float start" 9 "string up" "z")",
+                                                     "r.recipe", folder.string());
+    std::filesystem::remove_all(folder);
+    EXPECT_LT((r.settings.motion.At(0.5).Point({1, 0, 0}) - Vector3d{0, 0, -1}).Length(), 1e-9);
 }
 
 TEST(Recipes, TheManualHasEveryParameter) {
