@@ -344,7 +344,7 @@ def Xform "World"
                (Rotated(local, 90) + Vector3d{2, 2, 4} - Rotated(Vector3d{1, 2, 4}, 20)))
                   .Length(),
               1e-6);
-    // A table whose z axis is up, in inches: a turn about its z and a step along its y are ours about y and -z
+    // A table whose z axis is up, in inches: turns about z are ours about y, steps along y ours along -z
     PoseFileOptions zUp;
     zUp.isZUp = true, zUp.unit = 2.54;
     const Pose turned = HeadMotion(ParsePoses("0 0 0 0 0 0 0\n24 0 1 0 0 0 40\n", "z", zUp)).At(1);
