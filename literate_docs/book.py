@@ -25,7 +25,8 @@ In a chapter, beyond Markdown, $formulas$ and ⟨chunks⟩:
 
 A command is run again when a program that it names, or anything that it reads, has changed: scenes, data, what earlier
 commands of its chapter wrote. {{name}} in the text is such a value, {{name .3g}} the number as Python formats it, {{name %}} as a percentage. An image
-`![text](run:file.png)` is a file that a command of this chapter wrote.
+`![text](run:file.png)` is a file that a command of this chapter wrote; of `![text](run:file.mp4)` it wrote file.jpg too, a still, which
+stands for the video on paper and until it plays.
 """
 
 import argparse
@@ -47,6 +48,7 @@ import weave  # noqa: E402
 HERE = Path(__file__).resolve().parent
 KATEX_CSS = ("/usr/share/javascript/katex/katex.min.css", "/usr/share/nodejs/katex/dist/katex.min.css")
 KATEX_FONTS = ("/usr/share/fonts/truetype/katex", "/usr/share/javascript/katex/fonts", "/usr/share/nodejs/katex/dist/fonts")
+VIDEO = r'<img src="([^"]*)" alt="([^"]*)" video="([^"]*)" />'
 FENCE = re.compile(r"^```(run|values|figure|chart|numbers)\b[ ]*(.*?)\n(.*?)^```[ ]*$", re.M | re.S)
 MARK = re.compile(r"\x02(\d+)\x03")  # stands for HTML that pandoc must not touch
 CPP = re.compile(r"""(?P<com>//.*|/\*.*?\*/)|(?P<str>R?"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])+')|(?P<pre>^\s*\#.*)|"""
@@ -434,7 +436,8 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         result = MARK.sub(lambda m: self.listing(self.held[int(m[1])][1]) if isinstance(self.held[int(m[1])], tuple)
                           and self.held[int(m[1])][0] == "listing" else m[0], woven.stdout)
         result = re.sub(r'href="((?:\d\d|[A-Z])-[\w-]+)\.md', r'href="\1.html', result)
-        result = re.sub(r'src="run:([^"]+)"', lambda m: self.picture(m[1], chapter), result)
+        result = re.sub(r'<video src="run:([^"]+)\.mp4"[^>]*><a [^>]*>(.*?)</a></video>', r'<img src="run:\1.jpg" alt="\2" video="run:\1.mp4" />', result)
+        result = re.sub(r'(src|video)="run:([^"]+)"', lambda m: f'{m[1]}="{self.picture(m[2], chapter)}"', result)
         result = re.sub(r"<p>((?:<img [^>]*/>\s*)+)</p>", self.with_captions, result)
         result = re.sub(r'<table style="[^"]*">\s*<colgroup>[\s\S]*?</colgroup>', "<table>", result)  # columns as wide as what is in them
         result = re.sub(r"<table[\s\S]*?</table>", self.table, result)
@@ -448,7 +451,7 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
         if not any(name in files for _, files, _ in self.written.get(chapter, [])):
             raise BookError(chapter, self.line_of(chapter, "run:" + name), f"no command of this chapter wrote the picture {name}")
         self.copied.append((chapter, name))
-        return f'src="figures/{self.figure_name(chapter, name)}"'
+        return f"figures/{self.figure_name(chapter, name)}"
 
     @staticmethod
     def table(match):
@@ -462,9 +465,10 @@ process.stdout.write(JSON.stringify(all.map(([tex, display]) => {
 
     @staticmethod
     def with_captions(match):
-        """Pictures that stand alone, side by side; the words in the brackets are the captions."""
+        """Pictures and videos that stand alone, side by side; the words in the brackets are the captions."""
+        play = lambda m: f'<video src="{m[3]}" poster="{m[1]}" controls loop muted playsinline preload="none"></video><img class="still" src="{m[1]}" alt="{m[2]}" />'
         pictures = [(img, re.search(r'alt="([^"]*)"', img)[1]) for img in re.findall(r"<img [^>]*/>", match[1])]
-        shown = [f"<figure>{img}<figcaption>{words}</figcaption></figure>" for img, words in pictures]
+        shown = [f"<figure>{re.sub(VIDEO, play, img)}<figcaption>{words}</figcaption></figure>" for img, words in pictures]
         return '<div class="pictures">' + "".join(shown) + "</div>"
 
     @staticmethod

@@ -9,6 +9,7 @@ import argparse
 import html
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -16,7 +17,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 STYLE = """body { font: 16px/1.5 sans-serif; max-width: 80rem; margin: 2rem auto; padding: 0 1rem; }
 section { display: grid; grid-template-columns: minmax(20rem, 3fr) 2fr; gap: 2rem; border-top: 1px solid #ccc; padding: 1.5rem 0; }
-h2, header, details { grid-column: 1 / -1; margin: 0; } img { max-width: 100%; } li { list-style: none; } ul { padding: 0; }
+h2, header, details { grid-column: 1 / -1; margin: 0; } img { max-width: 100%; } .videos { grid-column: 1 / -1; } .videos figure { display: inline-block; width: 15rem; margin: .5rem; vertical-align: top; } li { list-style: none; } ul { padding: 0; }
 .broken { color: #b00; } table { font-size: 13px; border-collapse: collapse; } td, th { padding: 0 .6em; text-align: right; }
 @media (max-width: 50rem) { section { grid-template-columns: 1fr; } }"""
 
@@ -64,6 +65,19 @@ def section(out, row, said):
             f'<details><summary>Numbers (<a href="{name}.csv">CSV</a>)</summary>{table(out / f"{name}.csv")}</details></section>')
 
 
+def videos(out):
+    """The videos that the target of that name made and that were looked at."""
+    shown = ""
+    for file in sorted((ROOT / "reference_images/videos").glob("*.mp4")):
+        for name in (file, file.with_suffix(".jpg")):
+            shutil.copy(name, out / name.name)
+        scene = ROOT / f"scenes/videos/{file.stem}.pbrt"
+        words = scene.read_text().split("\n")[0].strip("# ")
+        shown += (f'<figure><video src="{file.name}" poster="{file.stem}.jpg" controls loop muted playsinline preload="none"></video>'
+                  f'<figcaption><a href="{scene.as_uri()}">{file.stem}</a>: {html.escape(words)}</figcaption></figure>')
+    return f'<section id="videos"><h2>Videos of Petrovic and others</h2><div class="videos">{shown}</div></section>'
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=pathlib.Path)
@@ -91,10 +105,13 @@ def main():
         said = done.read_text()
         broken += said.count("BROKEN")
         sections.append(section(arguments.out, row, said))
+    if not arguments.ids:
+        sections.append(videos(arguments.out))
+    made = len(sections) - (not arguments.ids)
     page = (f'<!doctype html><html lang="en"><meta charset="utf-8"><title>Figures</title><style>{STYLE}</style><header><h1>Figures</h1>'
-            f"<p>{len(sections)} figures, {broken} claims that do not hold.</p></header>{''.join(sections)}</html>")
+            f"<p>{made} figures, {broken} claims that do not hold.</p></header>{''.join(sections)}</html>")
     (arguments.out / "index.html").write_text(page)
-    print(f"wrote {arguments.out / 'index.html'}: {len(sections)} figures, {broken} claims that do not hold")
+    print(f"wrote {arguments.out / 'index.html'}: {made} figures, {broken} claims that do not hold")
     return 1 if broken else 0
 
 

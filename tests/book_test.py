@@ -265,6 +265,18 @@ class Weaver(unittest.TestCase):
         self.assertIn("Add", re.sub(r"<[^>]+>", "", pages["index-names.html"]))
         self.assertNotIn("\x02", "".join(pages.values()))
 
+    @WITH_TOOLS
+    def test_a_video_has_a_still_for_paper(self):
+        films = GOOD_CHAPTER.replace("> made.png;", "> made.png; touch a.mp4 a.jpg b.mp4;") + "\n![it moves](run:a.mp4)\n![a picture](run:made.png)\n"
+        status, output, pages = self.weave({SOURCE: GOOD_SOURCE, CHAPTER: films})
+        self.assertEqual(status, 0, output)
+        figures = re.findall(r"<figure>.*?</figure>", pages["01-first.html"])
+        self.assertEqual(len(figures), 3)
+        for words in ('<video src="figures/01-first-a.mp4" poster="figures/01-first-a.jpg" controls', '<img class="still" src="figures/01-first-a.jpg"', "<figcaption>it moves</figcaption>"):
+            self.assertIn(words, figures[1])
+        self.assertNotIn("video", figures[2])
+        self.assert_stops(films.replace("run:a.mp4", "run:b.mp4"), "no command of this chapter wrote the picture b.jpg")
+
     def test_captions_lose_gnuplots_marks(self):
         self.assertEqual(book.plain_caption("{/:Italic N}_{TT} from 10^{-8}; v = 1"), "N_TT from 10^-8; v = 1")
 

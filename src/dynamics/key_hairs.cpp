@@ -97,9 +97,14 @@ HairInterpolation::HairInterpolation(const Groom &groom, std::span<const uint32_
             restPoints_.push_back(set.RestPosition(k, i));
             restDirectors_.push_back(i + 1 < keyPoints_ ? set.Director(k, i) : Vector3d{});
         }
+    std::vector<double> lengths(keys.size());
+    for (size_t k = 0; k < keys.size(); ++k)
+        for (size_t i = 0; i + 1 < keyPoints_; ++i)
+            lengths[k] += set.EdgeLength(k, i);
     ParallelFor(groom.StrandCount(), [&](size_t s) {
         const std::span<const Point3f> hair = groom.Strand(s);
         const double length = StrandLength(hair);
+        const auto reach = [&](uint32_t k) { return std::min(1., 2 * length / lengths[k]); };
         double at = 0;
         for (size_t i = 0; i < hair.size(); ++i) {
             if (i > 0)
@@ -119,7 +124,7 @@ HairInterpolation::HairInterpolation(const Groom &groom, std::span<const uint32_
         }
         for (auto &[d2, k] : near)
             for (size_t i = 0; std::isfinite(d2) && i < hair.size(); ++i) {
-                const double u = static_cast<double>(share_[groom.strandOffsets[s] + i]);
+                const double u = static_cast<double>(share_[groom.strandOffsets[s] + i]) * reach(k);
                 const PlaceFrame place =
                     PlaceAt(&restPoints_[k * keyPoints_], &restDirectors_[k * keyPoints_], keyPoints_, u);
                 d2 += (place.p - Vector3d(hair[i])).LengthSquared() / static_cast<double>(hair.size());
@@ -131,6 +136,7 @@ HairInterpolation::HairInterpolation(const Groom &groom, std::span<const uint32_
             if (std::isfinite(near[n].first)) {
                 const double weight = near[0].first < 1e-6 ? (n == 0 ? 1 : 0) : 1 / Sqr(near[n].first);
                 carriers_[s].key[n] = near[n].second;
+                carriers_[s].reach[n] = static_cast<float>(reach(near[n].second));
                 carriers_[s].weight[n] =
                     static_cast<float>(weight * Sqr(near[0].first < 1e-6 ? 1 : near[0].first));
                 sum += static_cast<double>(carriers_[s].weight[n]);
@@ -138,6 +144,33 @@ HairInterpolation::HairInterpolation(const Groom &groom, std::span<const uint32_
         for (float &w : carriers_[s].weight)
             w = sum > 0 ? w / static_cast<float>(sum) : 0;
     });
+}
+//<
+
+//> Go with those that agree
+// At rest all key hairs that carry a point put it at the same place. Where they disagree by more than a lock's
+// width, their mean is where no hair is.
+Vector3d HairInterpolation::Carry(const Carrier &carrier, size_t i, std::span<const Vector3d> points,
+                                  std::span<const Vector3d> directors) const {
+    constexpr double kLock = 2; // cm
+    const Vector3d rest(groom_.points[i]);
+    Vector3d sum, first;
+    double weights = 0;
+    for (size_t n = 0; n < kKeys && carrier.weight[n] > 0; ++n) {
+        const size_t at = carrier.key[n] * keyPoints_;
+        const auto u = static_cast<double>(share_[i] * carrier.reach[n]);
+        const PlaceFrame from = PlaceAt(&restPoints_[at], &restDirectors_[at], keyPoints_, u);
+        const PlaceFrame to = PlaceAt(&points[at], &directors[at], keyPoints_, u);
+        const Vector3d offset = rest - from.p;
+        const Vector3d p =
+            to.p + to.t * Dot(from.t, offset) + to.d1 * Dot(from.d1, offset) + to.d2 * Dot(from.d2, offset);
+        if (n == 0)
+            first = p;
+        const double apart2 = (p - first).LengthSquared() / Sqr(kLock);
+        const double weight = static_cast<double>(carrier.weight[n]) / (1 + Sqr(apart2));
+        sum += p * weight, weights += weight;
+    }
+    return weights > 0 ? sum / weights : rest;
 }
 //<
 
@@ -153,31 +186,31 @@ Groom HairInterpolation::Deform(const KeyStrands &set, const Pose &pose, const O
                 directors[k * keyPoints_ + i] = set.Director(k, i);
         }
     ParallelFor(groom_.StrandCount(), [&](size_t s) {
-        const Carrier &carrier = carriers_[s];
-        for (size_t i = groom_.strandOffsets[s]; i < groom_.strandOffsets[s + 1]; ++i) {
+        const size_t first = groom_.strandOffsets[s];
+        // In the head's coordinates: the point before, and where its key hairs would have it
+        Vector3d before, wantedBefore;
+        for (size_t i = first; i < groom_.strandOffsets[s + 1]; ++i) {
             const Vector3d rest(groom_.points[i]);
-            Vector3d p;
-            for (size_t n = 0; n < kKeys; ++n) {
-                if (carrier.weight[n] == 0)
-                    continue;
-                const size_t at = carrier.key[n] * keyPoints_;
-                const auto u = static_cast<double>(share_[i]);
-                const PlaceFrame from = PlaceAt(&restPoints_[at], &restDirectors_[at], keyPoints_, u);
-                const PlaceFrame to = PlaceAt(&points[at], &directors[at], keyPoints_, u);
-                const Vector3d offset = rest - from.p;
-                p += (to.p + to.t * Dot(from.t, offset) + to.d1 * Dot(from.d1, offset) +
-                      to.d2 * Dot(from.d2, offset)) *
-                     static_cast<double>(carrier.weight[n]);
-            }
-            Vector3d local = pose.LocalPoint(p);
+            const Vector3d wanted = pose.LocalPoint(Carry(carriers_[s], i, points, directors));
             const double keep = std::min(clearance, obstacle.Distance(rest));
-            for (int k = 0; k < 8; ++k) {
-                const double d = obstacle.Distance(local);
-                if (d >= keep)
-                    break;
-                local += obstacle.Normal(local) * (keep - d + 1e-6);
+            const double length = i > first ? (rest - Vector3d(groom_.points[i - 1])).Length() : 0;
+            //> Keep a hair's length and stay outside, the latter last
+            // Edges go where the wanted ones go, and somewhat back to where they ought to be
+            const Vector3d drift = wantedBefore - before;
+            const double back = std::min(0.2, 0.5 * length / (drift.Length() + 1e-20));
+            Vector3d local = i > first ? before + (wanted - wantedBefore) + drift * back : wanted;
+            bool isOutside = false;
+            for (int k = 0; k < 4 && !isOutside; ++k) {
+                const Vector3d edge = local - before;
+                if (i > first && edge.LengthSquared() > 1e-20)
+                    local = before + Normalize(edge) * length;
+                isOutside = obstacle.Distance(local) >= keep;
+                for (int n = 0; n < 20 && obstacle.Distance(local) < keep; ++n)
+                    local += obstacle.Normal(local) * (keep - obstacle.Distance(local) + 1e-6);
             }
+            //<
             moved.points[i] = Point3f(pose.Point(local));
+            before = local, wantedBefore = wanted;
         }
     });
     return moved;

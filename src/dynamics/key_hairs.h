@@ -26,8 +26,9 @@ std::vector<Vector3d> ResampleKeyHairs(const Groom &groom, std::span<const uint3
 
 //> Declare what carries the other hairs
 // Every hair hangs on one or more key hairs, by weights that are found once, at rest: the nearest by roots
-// and of these the likest by shape. A point of a hair stands at the same share of the length as a place of
-// its key hair, and keeps its offset from it in that place's frame of directors.
+// and of these the likest by shape. A point of a hair goes with the place of its key hair that is as far from
+// the root (where the key hair is shorter: at the same share of the length), and keeps its offset from it in
+// that place's frame of directors. Where key hairs part, a hair goes with the one that weighs most.
 class HairInterpolation {
   public:
     // set: at rest, made from the resampled key hairs of `groom` in that order. The groom must outlive it.
@@ -41,13 +42,16 @@ class HairInterpolation {
   private:
     struct Carrier {
         std::array<uint32_t, kKeys> key{};
-        std::array<float, kKeys> weight{}; // 0: none
+        std::array<float, kKeys> weight{}; // falling; 0: none
+        std::array<float, kKeys> reach{};  // share of the key hair's length that the hair has, at most 1
     };
     // A place of a strand, with the frame of its directors there.
     struct PlaceFrame {
         Vector3d p, t, d1, d2;
     };
     static PlaceFrame PlaceAt(const Vector3d *points, const Vector3d *directors, size_t count, double u);
+    Vector3d Carry(const Carrier &carrier, size_t i, std::span<const Vector3d> points,
+                   std::span<const Vector3d> directors) const;
     const Groom &groom_;
     std::vector<Carrier> carriers_;
     std::vector<Vector3d> restPoints_, restDirectors_; // of the key hairs
