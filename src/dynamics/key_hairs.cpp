@@ -148,8 +148,8 @@ HairInterpolation::HairInterpolation(const Groom &groom, std::span<const uint32_
 //<
 
 //> Go with those that agree
-// At rest all key hairs that carry a point put it at the same place. Where they disagree by more than a lock's
-// width, their mean is where no hair is.
+// At rest all key hairs that carry a point put it at the same place. Where they disagree by more than a
+// lock's width, their mean is where no hair is.
 Vector3d HairInterpolation::Carry(const Carrier &carrier, size_t i, std::span<const Vector3d> points,
                                   std::span<const Vector3d> directors) const {
     constexpr double kLock = 2; // cm
