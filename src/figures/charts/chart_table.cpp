@@ -50,6 +50,11 @@ constexpr std::array kCharts = std::to_array<Chart>({
      "distance "
      "of their points after half a second of a shake, by the number of key hairs and the style.",
      KeyHairsChart},
+    {"normals",
+     "Normals of hair that it carries along its strands from rest, over a motion: their mean angle to those "
+     "of "
+     "a shell that is made anew for each frame, for points within two cells of it.",
+     NormalsChart},
     {"render",
      "Relative mean squared error of pictures of shipped scenes against the CPU time of all threads from the "
      "scene's file to the picture, by integrator, sampler, model of a fiber, and samples per pixel (along "

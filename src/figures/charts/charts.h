@@ -10,6 +10,7 @@ FigureData CurvesChart(const FigureOptions &options);
 FigureData EfficiencyChart(const FigureOptions &options);
 FigureData GrowthChart(const FigureOptions &options);
 FigureData KeyHairsChart(const FigureOptions &options);
+FigureData NormalsChart(const FigureOptions &options);
 FigureData ModelsChart(const FigureOptions &options);
 FigureData QuadratureChart(const FigureOptions &options);
 FigureData RenderChart(const FigureOptions &options);

@@ -41,6 +41,7 @@ const LightingWay kLightingWays[] = {
      "0.7",
      4,
      {16}},
+    {"deep shadow maps", "\"hairlight\" \"string shadow\" \"deepmap\"", 6, {16}},
 };
 
 // A ball of hair in parallel light from the viewer's left and above.
