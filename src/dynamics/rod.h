@@ -72,7 +72,7 @@ RodHinge<T> MeasureHinge(const RodEdge<T> &e, const RodEdge<T> &f, const Vector3
     RodHinge<T> hinge;
     const T half(0.5);
     //> Find the curvature binormal of two edges
-    const T invChi = T(1) / Max(T(1) + Dot(e.t, f.t), T(1e-4));
+    const T cosine = Dot(e.t, f.t), invChi = T(1) / Max(T(1) + cosine, T(1e-4));
     const Vector3<T> kb = Cross(e.t, f.t) * (T(2) * invChi);
     //<
     //> Take curvatures in the mean frame of the two edges
@@ -89,6 +89,22 @@ RodHinge<T> MeasureHinge(const RodEdge<T> &e, const RodEdge<T> &f, const Vector3
     hinge.byTurnF[0] = Dot(dF, kb) * T(-0.5);
     hinge.byTurnE[1] = Dot(d2E, kb) * T(-0.5);
     hinge.byTurnF[1] = Dot(d2F, kb) * T(-0.5);
+    //<
+    //> Go from twice the tangent of half the bend to the bend
+    // 2 atan(k / 2) is k (1 + 4 q / 15) / (1 + 3 q / 5) to the fifth order, q = k^2 / 4 (Pade), which is off by
+    // 1% at 90 degrees and grows without bound like k.
+    const T q = T(2) * invChi - T(1), below = T(1) / (T(1) + q * T(0.6));
+    const T scale = (T(1) + q * T(4. / 15)) * below;
+    const T slopeOfScale = below * below * invChi * invChi * T(2. / 3); // -2 invChi^2 times that by q
+    const Vector3<T> scaleByE = (f.t - e.t * cosine) * (slopeOfScale * e.inverse),
+                     scaleByF = (e.t - f.t * cosine) * (slopeOfScale * f.inverse);
+    for (size_t c = 0; c < 2; ++c) {
+        hinge.byE[c] = hinge.byE[c] * scale + scaleByE * hinge.value[c];
+        hinge.byF[c] = hinge.byF[c] * scale + scaleByF * hinge.value[c];
+        hinge.value[c] = hinge.value[c] * scale;
+        hinge.byTurnE[c] = hinge.byTurnE[c] * scale;
+        hinge.byTurnF[c] = hinge.byTurnF[c] * scale;
+    }
     //<
     //> Measure the twist against parallel transport
     const Vector3<T> carried = Transport(dE, e.t, f.t);
