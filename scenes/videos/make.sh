@@ -30,5 +30,5 @@ done
 for name in "${names[@]}"; do
   "$cuticle" render "$name.pbrt" --frames "$frames" -o "pictures/$name-%04d.exr" --resume
   "$cuticle" convert "pictures/$name-%04d.exr" -o "$name.mp4" --fps $((16 / ${step:-1})) --frames "$frames"
-  ffmpeg -y -loglevel error -ss 1 -i "$name.mp4" -frames:v 1 "$name.jpg"
+  ffmpeg -y -loglevel error -ss 1 -i "$name.mp4" -frames:v 1 -q:v 3 "$name.jpg"
 done

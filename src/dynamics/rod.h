@@ -95,7 +95,8 @@ RodHinge<T> MeasureHinge(const RodEdge<T> &e, const RodEdge<T> &f, const Vector3
     // 1% at 90 degrees and grows without bound like k.
     const T q = T(2) * invChi - T(1), below = T(1) / (T(1) + q * T(0.6));
     const T scale = (T(1) + q * T(4. / 15)) * below;
-    const T slopeOfScale = below * below * invChi * invChi * T(2. / 3); // -2 invChi^2 times that by q
+    // -2 invChi^2 times the slope by q
+    const T slopeOfScale = below * below * invChi * invChi * T(2. / 3);
     const Vector3<T> scaleByE = (f.t - e.t * cosine) * (slopeOfScale * e.inverse),
                      scaleByF = (e.t - f.t * cosine) * (slopeOfScale * f.inverse);
     for (size_t c = 0; c < 2; ++c) {

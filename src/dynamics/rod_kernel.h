@@ -10,15 +10,92 @@
 namespace cuticle::CUTICLE_KERNEL {
 namespace {
 
+//> Join narrower registers
+// A register of the processor, and two of them as one: a vector type that is wider than the processor's
+// registers would be kept in memory by the compiler.
+#if defined(__AVX512F__)
+constexpr size_t kPartLanes = 8;
+#elif defined(__AVX__)
+constexpr size_t kPartLanes = 4;
+#else
+constexpr size_t kPartLanes = 2;
+#endif
+struct Part {
+    typedef double Native __attribute__((vector_size(8 * kPartLanes), may_alias));
+    Native v;
+};
+CUTICLE_INLINE Part operator+(Part a, Part b) { return {a.v + b.v}; }
+CUTICLE_INLINE Part operator-(Part a, Part b) { return {a.v - b.v}; }
+CUTICLE_INLINE Part operator-(Part a) { return {-a.v}; }
+CUTICLE_INLINE Part operator*(Part a, Part b) { return {a.v * b.v}; }
+CUTICLE_INLINE Part operator/(Part a, Part b) { return {a.v / b.v}; }
+CUTICLE_INLINE Part Greater(Part a, Part b) { return {a.v > b.v ? a.v : b.v}; }
+CUTICLE_INLINE Part Choose(Part x, Part a, Part b) { return {x.v > 0 ? a.v : b.v}; }
+CUTICLE_INLINE Part Root(Part x) {
+    Part r{};
+    for (size_t i = 0; i < kPartLanes; ++i)
+        r.v[i] = __builtin_sqrt(x.v[i]);
+    return r;
+}
+CUTICLE_INLINE void Fill(Part *part, double x) { part->v = x - Part::Native{}; }
+
+template <class Half>
+struct Twice {
+    Half lo, hi;
+};
+template <class H>
+CUTICLE_INLINE Twice<H> operator+(Twice<H> a, Twice<H> b) {
+    return {a.lo + b.lo, a.hi + b.hi};
+}
+template <class H>
+CUTICLE_INLINE Twice<H> operator-(Twice<H> a, Twice<H> b) {
+    return {a.lo - b.lo, a.hi - b.hi};
+}
+template <class H>
+CUTICLE_INLINE Twice<H> operator-(Twice<H> a) {
+    return {-a.lo, -a.hi};
+}
+template <class H>
+CUTICLE_INLINE Twice<H> operator*(Twice<H> a, Twice<H> b) {
+    return {a.lo * b.lo, a.hi * b.hi};
+}
+template <class H>
+CUTICLE_INLINE Twice<H> operator/(Twice<H> a, Twice<H> b) {
+    return {a.lo / b.lo, a.hi / b.hi};
+}
+template <class H>
+CUTICLE_INLINE Twice<H> Greater(Twice<H> a, Twice<H> b) {
+    return {Greater(a.lo, b.lo), Greater(a.hi, b.hi)};
+}
+template <class H>
+CUTICLE_INLINE Twice<H> Choose(Twice<H> x, Twice<H> a, Twice<H> b) {
+    return {Choose(x.lo, a.lo, b.lo), Choose(x.hi, a.hi, b.hi)};
+}
+template <class H>
+CUTICLE_INLINE Twice<H> Root(Twice<H> x) {
+    return {Root(x.lo), Root(x.hi)};
+}
+template <class H>
+CUTICLE_INLINE void Fill(Twice<H> *twice, double x) {
+    Fill(&twice->lo, x), Fill(&twice->hi, x);
+}
+template <size_t kLanes>
+struct RegisterOf {
+    using Type = Twice<typename RegisterOf<kLanes / 2>::Type>;
+};
+template <>
+struct RegisterOf<kPartLanes> {
+    using Type = Part;
+};
+//<
+
 //> Wrap a register of eight doubles
-// The type is of this namespace, so templates over it are compiled for this kernel alone. A processor with
-// narrower registers takes two or four of them.
+// The type is of this namespace, so templates over it are compiled for this kernel alone.
 struct RodRegister {
-    typedef double Register __attribute__((vector_size(8 * kRodLanes), may_alias));
-    typedef int64_t Mask __attribute__((vector_size(8 * kRodLanes)));
+    using Register = RegisterOf<kRodLanes>::Type;
     RodRegister() = default;
     CUTICLE_INLINE RodRegister(Register r) : v(r) {}
-    CUTICLE_INLINE explicit RodRegister(double x) : v(x - Register{}) {}
+    CUTICLE_INLINE explicit RodRegister(double x) { Fill(&v, x); }
     Register v;
 };
 //<
@@ -29,14 +106,11 @@ CUTICLE_INLINE RodRegister operator-(RodRegister a, RodRegister b) { return a.v 
 CUTICLE_INLINE RodRegister operator-(RodRegister a) { return -a.v; }
 CUTICLE_INLINE RodRegister operator*(RodRegister a, RodRegister b) { return a.v * b.v; }
 CUTICLE_INLINE RodRegister operator/(RodRegister a, RodRegister b) { return a.v / b.v; }
-CUTICLE_INLINE RodRegister Max(RodRegister a, RodRegister b) { return a.v > b.v ? a.v : b.v; }
-CUTICLE_INLINE RodRegister Select(RodRegister x, RodRegister a, RodRegister b) { return x.v > 0 ? a.v : b.v; }
-CUTICLE_INLINE RodRegister Sqrt(RodRegister x) {
-    RodRegister::Register r{};
-    for (size_t i = 0; i < kRodLanes; ++i)
-        r[i] = __builtin_sqrt(x.v[i]);
-    return r;
+CUTICLE_INLINE RodRegister Max(RodRegister a, RodRegister b) { return Greater(a.v, b.v); }
+CUTICLE_INLINE RodRegister Select(RodRegister x, RodRegister a, RodRegister b) {
+    return Choose(x.v, a.v, b.v);
 }
+CUTICLE_INLINE RodRegister Sqrt(RodRegister x) { return Root(x.v); }
 //<
 
 //> Look at a batch as registers
