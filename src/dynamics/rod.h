@@ -91,8 +91,8 @@ RodHinge<T> MeasureHinge(const RodEdge<T> &e, const RodEdge<T> &f, const Vector3
     hinge.byTurnF[1] = Dot(d2F, kb) * T(-0.5);
     //<
     //> Go from twice the tangent of half the bend to the bend
-    // 2 atan(k / 2) is k (1 + 4 q / 15) / (1 + 3 q / 5) to the fifth order, q = k^2 / 4 (Pade), which is off by
-    // 1% at 90 degrees and grows without bound like k.
+    // 2 atan(k / 2) is k (1 + 4 q / 15) / (1 + 3 q / 5) to the fifth order, q = k^2 / 4 (Pade), which is off
+    // by 1% at 90 degrees and grows without bound like k.
     const T q = T(2) * invChi - T(1), below = T(1) / (T(1) + q * T(0.6));
     const T scale = (T(1) + q * T(4. / 15)) * below;
     // -2 invChi^2 times the slope by q
