@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace cuticle {
 
@@ -16,8 +17,17 @@ namespace {
 using Picture = std::vector<Spectrum>;
 
 //> Say by how much a picture may be smoothed
-// Standard deviations in pixels, each about 1.4 times the one before.
-constexpr std::array kSigmas = {0.f, 0.5f, 0.7f, 1.f, 1.4f, 2.f, 2.8f, 4.f, 5.6f};
+// Ways to smooth: 0 leaves a picture as it is, way k > 0 is made of a Gaussian of KernelSigma(k) pixels.
+constexpr size_t kWays = 9;
+constexpr float KernelSigma(size_t way) {
+    float sigma = 0.5f;
+    for (size_t k = 1; k < way; ++k)
+        sigma *= 1.41421356f;
+    return sigma;
+}
+static_assert(KernelSigma(kWays - 1) > 5.6f && KernelSigma(kWays - 1) < 5.7f);
+// This way and wider ones are kept for every second pixel of every second row, which says all.
+constexpr size_t kFirstCoarse = 6;
 // Errors are compared over about so many pixels around each, and the choice fades into its neighbours' over
 // so many.
 constexpr float kChoiceSigma = 8, kFadeSigma = 1.5f;
@@ -28,63 +38,189 @@ constexpr double kBlockPixels = 64;
 //<
 
 //> Smooth the rows, then the columns
-// Number: float or Spectrum.
-template <typename Number>
-std::vector<Number> SmoothedBy(const std::vector<Number> &picture, Point2i size, float sigma) {
-    if (!(sigma > 0))
-        return picture;
-    const int reach = static_cast<int>(std::ceil(3 * sigma));
-    std::vector<float> kernel(static_cast<size_t>(reach) + 1);
-    for (size_t i = 0; i < kernel.size(); ++i)
-        kernel[i] = std::exp(-0.5f * static_cast<float>(i * i) / (sigma * sigma));
-    const auto columns = static_cast<size_t>(size.x), rows = static_cast<size_t>(size.y);
-    // Calls add(from, weight) for what lies within reach of place `to` of n, and returns the weights' sum.
-    const auto gather = [&](size_t to, size_t n, const auto &add) {
-        const auto k = static_cast<size_t>(reach);
-        float weights = 0;
-        for (size_t from = to - std::min(k, to); from <= std::min(n - 1, to + k); ++from) {
-            const float w = kernel[from < to ? to - from : from - to];
-            add(from, w);
-            weights += w;
-        }
-        return weights;
+// out[i] is the sum of sources[t][i] * weights[t], for n places. A few places at a time, so that their sums
+// stay in registers.
+void AddUp(std::span<const float *const> sources, std::span<const float> weights, size_t n, float *out) {
+    constexpr size_t kStep = 32;
+    const auto some = [&](size_t first, size_t count) {
+        std::array<float, kStep> sums{};
+        for (size_t t = 0; t < sources.size(); ++t)
+            for (size_t i = 0; i < count; ++i)
+                sums[i] += sources[t][first + i] * weights[t];
+        std::copy_n(sums.begin(), count, out + first);
     };
-    std::vector<Number> half(picture.size()), whole(picture.size());
-    ParallelFor(rows, [&](size_t y) {
-        const Number *const in = &picture[y * columns];
-        for (size_t x = 0; x < columns; ++x) {
-            Number sum{};
-            const float weights = gather(x, columns, [&](size_t from, float w) { sum += in[from] * w; });
-            half[y * columns + x] = sum * (1 / weights);
+    size_t first = 0;
+    for (; first + kStep <= n; first += kStep)
+        some(first, kStep);
+    some(first, n - first);
+}
+
+// The weights of places -reach to reach under a Gaussian cut off at three standard deviations; they sum to 1.
+std::vector<float> KernelOf(float sigma) {
+    const auto reach = static_cast<int>(std::ceil(3 * sigma));
+    std::vector<float> kernel;
+    double sum = 0;
+    for (int i = -reach; i <= reach; ++i) {
+        kernel.push_back(std::exp(-0.5f * static_cast<float>(i * i) / (sigma * sigma)));
+        sum += double{kernel.back()};
+    }
+    for (float &w : kernel)
+        w /= static_cast<float>(sum);
+    return kernel;
+}
+
+// Number: float or Spectrum, an array of floats either way. What these functions make goes into vectors of
+// the caller, which he uses again: fresh memory would cost more than the sums.
+template <typename Number>
+void Smooth(const std::vector<Number> &picture, Point2i size, float sigma, std::vector<Number> *between,
+            std::vector<Number> *smooth) {
+    constexpr size_t kChannels = sizeof(Number) / sizeof(float);
+    const auto columns = static_cast<size_t>(size.x), rows = static_cast<size_t>(size.y);
+    const std::vector<float> kernel = KernelOf(sigma);
+    const size_t reach = kernel.size() / 2;
+    // The share of the kernel that lies inside the picture, around place `at` of n
+    const auto inside = [&](size_t at, size_t n) {
+        const size_t before = std::min(reach, at), after = std::min(reach, n - 1 - at);
+        return std::span(kernel).subspan(reach - before, before + 1 + after);
+    };
+    const auto scale = [&](size_t at, size_t n) {
+        const std::span<const float> weights = inside(at, n);
+        return weights.size() == kernel.size() ? 1 : 1 / std::reduce(weights.begin(), weights.end(), 0.f);
+    };
+    const size_t width = columns * kChannels;
+    between->resize(picture.size()), smooth->resize(picture.size());
+    const auto *const in = reinterpret_cast<const float *>(picture.data());
+    auto *const half = reinterpret_cast<float *>(between->data());
+    auto *const out = reinterpret_cast<float *>(smooth->data());
+    ParallelForRange(rows, 8, [&](size_t firstRow, size_t lastRow) {
+        std::vector<float> padded(width + 2 * reach * kChannels); // with black on both sides
+        std::vector<const float *> sources(kernel.size());
+        for (size_t t = 0; t < sources.size(); ++t)
+            sources[t] = &padded[t * kChannels];
+        for (size_t y = firstRow; y < lastRow; ++y) {
+            std::copy_n(in + y * width, width, &padded[reach * kChannels]);
+            AddUp(sources, kernel, width, half + y * width);
+            for (size_t x = 0; x < columns; ++x)
+                if (x < reach || x + reach >= columns)
+                    (*between)[y * columns + x] *= scale(x, columns);
         }
     });
-    ParallelFor(rows, [&](size_t y) { // whole rows at once, as they lie in memory
-        Number *const out = &whole[y * columns];
-        const float weights = gather(y, rows, [&](size_t from, float w) {
-            for (size_t x = 0; x < columns; ++x)
-                out[x] += half[from * columns + x] * w;
-        });
-        for (size_t x = 0; x < columns; ++x)
-            out[x] = out[x] * (1 / weights);
+    ParallelForRange(rows, 8, [&](size_t firstRow, size_t lastRow) {
+        for (size_t y = firstRow; y < lastRow; ++y) {
+            std::vector<const float *> sources;
+            const std::span<const float> weights = inside(y, rows);
+            for (size_t t = 0; t < weights.size(); ++t)
+                sources.push_back(half + (y - std::min(reach, y) + t) * width);
+            AddUp(sources, weights, width, out + y * width);
+            if (weights.size() < kernel.size())
+                for (size_t x = 0; x < columns; ++x)
+                    (*smooth)[y * columns + x] *= scale(y, rows);
+        }
     });
-    return whole;
+}
+//<
+
+//> Halve a picture, and double it again
+Point2i Halved(Point2i size) { return {(size.x + 1) / 2, (size.y + 1) / 2}; }
+
+// Means over 2 x 2 pixels; over what there is of them at an odd edge.
+template <typename Number>
+void Halve(const std::vector<Number> &picture, Point2i size, std::vector<Number> *means) {
+    const Point2i halved = Halved(size);
+    const auto across = static_cast<size_t>(halved.x), columns = static_cast<size_t>(size.x),
+               rows = static_cast<size_t>(size.y);
+    means->resize(across * static_cast<size_t>(halved.y));
+    ParallelForRange(static_cast<size_t>(halved.y), 8, [&](size_t firstRow, size_t lastRow) {
+        for (size_t y = firstRow; y < lastRow; ++y) {
+            const Number *const above = &picture[2 * y * columns];
+            const Number *const below = &picture[std::min(2 * y + 1, rows - 1) * columns];
+            for (size_t x = 0; x < across; ++x) {
+                const size_t left = 2 * x, right = std::min(left + 1, columns - 1);
+                (*means)[y * across + x] = (above[left] + above[right] + below[left] + below[right]) * 0.25f;
+            }
+        }
+    });
+}
+
+// A picture of `size` from means over 2 x 2 of its pixels: cubic polynomials through four means along each
+// axis. A new pixel lies a quarter of a step beside a mean; `quarter` are the weights from the far neighbour
+// on that side to the second one on the other.
+template <typename Number>
+void Double(const std::vector<Number> &means, Point2i size, std::vector<Number> *picture) {
+    constexpr std::array<float, 4> quarter = {-5 / 128.f, 35 / 128.f, 105 / 128.f, -7 / 128.f};
+    const auto across = static_cast<size_t>(Halved(size).x), down = static_cast<size_t>(Halved(size).y),
+               columns = static_cast<size_t>(size.x), rows = static_cast<size_t>(size.y);
+    // The four means, among n, that make new place `at`
+    const auto around = [&](size_t at, size_t n) {
+        std::array<size_t, 4> from;
+        const auto middle = static_cast<int>(at / 2), side = at % 2 == 1 ? 1 : -1;
+        for (int i = 0; i < 4; ++i)
+            from[static_cast<size_t>(i)] =
+                static_cast<size_t>(std::clamp(middle + side * (2 - i), 0, static_cast<int>(n) - 1));
+        return from;
+    };
+    std::vector<std::array<size_t, 4>> places(columns);
+    for (size_t x = 0; x < columns; ++x)
+        places[x] = around(x, across);
+    picture->resize(columns * rows);
+    ParallelForRange(rows, 8, [&](size_t firstRow, size_t lastRow) {
+        std::vector<Number> row(across);
+        for (size_t y = firstRow; y < lastRow; ++y) {
+            const std::array<size_t, 4> r = around(y, down);
+            for (size_t x = 0; x < across; ++x)
+                row[x] = means[r[0] * across + x] * quarter[0] + means[r[1] * across + x] * quarter[1] +
+                         means[r[2] * across + x] * quarter[2] + means[r[3] * across + x] * quarter[3];
+            for (size_t x = 0; x < columns; ++x) {
+                const std::array<size_t, 4> &c = places[x];
+                (*picture)[y * columns + x] = row[c[0]] * quarter[0] + row[c[1]] * quarter[1] +
+                                              row[c[2]] * quarter[2] + row[c[3]] * quarter[3];
+            }
+        }
+    });
 }
 //<
 
 //> Smooth, and give back what is lost of it
-// The loss of the first smoothing is smoothed and added again: slopes and gentle curves survive, so that a
-// block keeps its brightness.
-Picture SmoothedTwice(const Picture &picture, Point2i size, float sigma) {
-    if (!(sigma > 0))
-        return picture;
-    Picture once = Smoothed(picture, size, sigma), lost(picture.size());
-    for (size_t i = 0; i < picture.size(); ++i)
-        lost[i] = picture[i] - once[i];
-    lost = Smoothed(lost, size, sigma);
-    for (size_t i = 0; i < picture.size(); ++i)
-        once[i] += lost[i];
-    return once;
-}
+// One half of a part, smoothed in every way. G p is a Gaussian's picture; way k is G p + G (p - G p), which
+// is 2 G p - G G p: what the smoothing lost is smoothed and added again. Slopes and gentle curves survive, so
+// that a block keeps its brightness. G G is the Gaussian of the next way, so that one smoothing more makes
+// the next picture, of which two ways have need.
+class SmoothedWays {
+  public:
+    SmoothedWays(const Picture &picture, Point2i size, Picture *between) : size_(size) {
+        pictures_[0] = picture;
+        for (size_t way = 1; way < kWays; ++way) {
+            // The picture of this way's Gaussian; what it makes of that again is the next one's
+            Picture &once = pictures_[way];
+            const bool coarse = way >= kFirstCoarse;
+            if (way == kFirstCoarse)
+                Halve(twice_, size, &once);
+            else if (way > 1)
+                once = twice_;
+            else
+                Smooth(picture, size, KernelSigma(way), between, &once);
+            Smooth(once, coarse ? Halved(size) : size, KernelSigma(way) * (coarse ? 0.5f : 1), between,
+                   &twice_);
+            ParallelForRange(once.size(), 4096, [&](size_t first, size_t last) {
+                for (size_t i = first; i < last; ++i)
+                    once[i] = once[i] * 2 - twice_[i];
+            });
+        }
+        twice_ = {};
+    }
+    // *space: where a coarse picture is doubled.
+    const Picture &Way(size_t way, Picture *space) const {
+        if (way < kFirstCoarse)
+            return pictures_[way];
+        Double(pictures_[way], size_, space);
+        return *space;
+    }
+
+  private:
+    Point2i size_;
+    std::array<Picture, kWays> pictures_;
+    Picture twice_;
+};
 //<
 
 //> Weigh errors by how bright the picture is
@@ -102,10 +238,7 @@ std::vector<float> WeightsOf(const Picture &picture, Point2i size) {
 //<
 
 double Square(const Spectrum &s) {
-    double sum = 0;
-    for (const float c : s.c)
-        sum += double{c} * double{c} / 3;
-    return sum;
+    return (Sqr(double{s.c[0]}) + Sqr(double{s.c[1]}) + Sqr(double{s.c[2]})) / 3;
 }
 
 //> Estimate the error of a picture from two halves
@@ -114,48 +247,84 @@ double Square(const Spectrum &s) {
 double ErrorOf(const Spectrum &a, const Spectrum &b, const Spectrum &x, const Spectrum &y) {
     return 0.5 * (Square(x - b) + Square(y - a)) - 0.5 * Square(a - b) - 0.25 * Square(x - y);
 }
+
+// Sets *errors to those of all pixels, times their weights.
+void FindErrors(const Picture &a, const Picture &b, const Picture &x, const Picture &y,
+                const std::vector<float> &weights, std::vector<float> *errors) {
+    errors->resize(a.size());
+    ParallelForRange(a.size(), 4096, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i)
+            (*errors)[i] = static_cast<float>(double{weights[i]} * ErrorOf(a[i], b[i], x[i], y[i]));
+    });
+}
 //<
 
 //> Choose for every pixel how much to smooth
-// Smooths the halves of a part each as much as is best for it there, by one of the first `count` kSigmas.
-PartHalves DenoisePart(const PartHalves &part, Point2i size, const std::vector<float> &weights,
-                       size_t count) {
-    const size_t n = part.a.size();
-    const Picture wideA = Smoothed(part.a, size, kBlockSigma), wideB = Smoothed(part.b, size, kBlockSigma);
-    std::vector<float> least(n);
-    std::vector<uint8_t> choice(n, 0);
-    for (size_t k = 0; k < count; ++k) {
-        const Picture x = SmoothedTwice(part.a, size, kSigmas[k]);
-        const Picture y = SmoothedTwice(part.b, size, kSigmas[k]);
-        const Picture wideX = Smoothed(x, size, kBlockSigma), wideY = Smoothed(y, size, kBlockSigma);
-        std::vector<float> error(n);
-        for (size_t i = 0; i < n; ++i)
-            error[i] = static_cast<float>(double{weights[i]} *
-                                          (ErrorOf(part.a[i], part.b[i], x[i], y[i]) +
-                                           kBlockPixels * ErrorOf(wideA[i], wideB[i], wideX[i], wideY[i])));
-        error = SmoothedBy(error, size, kChoiceSigma);
-        for (size_t i = 0; i < n; ++i)
-            if (k == 0 || error[i] < least[i])
-                least[i] = error[i], choice[i] = static_cast<uint8_t>(k);
+// Memory that is used again and again.
+struct Workspace {
+    Picture between, halved, doubledX, doubledY, wideX, wideY;
+    std::vector<float> errors, blockErrors, floatsBetween, share, doubledShare;
+};
+
+// The two halves of a part, smoothed in every way, and the errors of each way there: over 2 x 2 pixels.
+class SmoothedPart {
+  public:
+    SmoothedPart(const PartHalves &part, Point2i size, const std::vector<float> &weights, Workspace *space)
+        : size_(size), a_(part.a, size, &space->between), b_(part.b, size, &space->between) {
+        const Point2i half = Halved(size);
+        const auto widen = [&](const Picture &p, Picture *wide) {
+            Halve(p, size, &space->halved);
+            Smooth(space->halved, half, kBlockSigma / 2, &space->between, wide);
+        };
+        Picture wideA, wideB;
+        widen(part.a, &wideA), widen(part.b, &wideB);
+        std::vector<float> wideWeights, error;
+        Halve(weights, size, &wideWeights);
+        for (size_t way = 0; way < kWays; ++way) {
+            const Picture &x = a_.Way(way, &space->doubledX), &y = b_.Way(way, &space->doubledY);
+            FindErrors(part.a, part.b, x, y, weights, &space->errors);
+            Halve(space->errors, size, &error);
+            widen(x, &space->wideX), widen(y, &space->wideY);
+            FindErrors(wideA, wideB, space->wideX, space->wideY, wideWeights, &space->blockErrors);
+            for (size_t i = 0; i < error.size(); ++i)
+                error[i] += static_cast<float>(kBlockPixels) * space->blockErrors[i];
+            Smooth(error, half, kChoiceSigma / 2, &space->floatsBetween, &errors_[way]);
+        }
     }
-    PartHalves denoised{Picture(n), Picture(n)};
-    for (size_t k = 0; k < count; ++k) {
-        std::vector<float> share(n);
-        size_t chosen = 0;
-        for (size_t i = 0; i < n; ++i)
-            if (choice[i] == k)
-                share[i] = 1, ++chosen;
-        if (chosen == 0)
-            continue;
-        if (chosen < n)
-            share = SmoothedBy(share, size, kFadeSigma);
-        const Picture x = SmoothedTwice(part.a, size, kSigmas[k]);
-        const Picture y = SmoothedTwice(part.b, size, kSigmas[k]);
-        for (size_t i = 0; i < n; ++i)
-            denoised.a[i] += x[i] * share[i], denoised.b[i] += y[i] * share[i];
+    // Adds to *x and *y what the halves become, each place by the way of the first `ways` that is best there.
+    void AddBest(size_t ways, Picture *x, Picture *y, Workspace *space) const {
+        std::vector<uint8_t> choice(errors_[0].size(), 0);
+        std::vector<float> least = errors_[0];
+        for (size_t way = 1; way < ways; ++way)
+            for (size_t i = 0; i < least.size(); ++i)
+                if (errors_[way][i] < least[i])
+                    least[i] = errors_[way][i], choice[i] = static_cast<uint8_t>(way);
+        for (size_t way = 0; way < ways; ++way) {
+            const auto chosen = static_cast<size_t>(std::ranges::count(choice, way));
+            if (chosen == 0)
+                continue;
+            std::vector<float> &share = space->doubledShare;
+            if (chosen < choice.size()) {
+                std::ranges::transform(choice, least.begin(),
+                                       [&](uint8_t c) { return c == way ? 1.f : 0.f; });
+                Smooth(least, Halved(size_), kFadeSigma / 2, &space->floatsBetween, &space->share);
+                Double(space->share, size_, &share);
+            } else {
+                share.assign(x->size(), 1);
+            }
+            const Picture &a = a_.Way(way, &space->doubledX), &b = b_.Way(way, &space->doubledY);
+            ParallelForRange(x->size(), 4096, [&](size_t first, size_t last) {
+                for (size_t i = first; i < last; ++i)
+                    (*x)[i] += a[i] * share[i], (*y)[i] += b[i] * share[i];
+            });
+        }
     }
-    return denoised;
-}
+
+  private:
+    Point2i size_;
+    SmoothedWays a_, b_;
+    std::array<std::vector<float>, kWays> errors_;
+};
 //<
 
 //> Measure the whole picture's error
@@ -186,13 +355,25 @@ struct DenoiseComparison {
     // Relative root mean squares before and after. *isWorse: whether it is worse after, beyond what chance
     // explains (two standard errors).
     std::pair<double, double> Errors(const std::vector<float> &weights, bool *isWorse) const {
-        double before = 0, after = 0, squares = 0;
+        struct Sums {
+            double before = 0, after = 0, squares = 0;
+        };
         const auto n = static_cast<double>(a.size());
-        for (size_t i = 0; i < a.size(); ++i) {
-            const double w{weights[i]};
-            const double then = w * 0.25 * Square(a[i] - b[i]), now = w * ErrorOf(a[i], b[i], x[i], y[i]);
-            before += then / n, after += now / n, squares += Sqr(now - then) / n;
-        }
+        const auto [before, after, squares] = ParallelReduce(
+            a.size(), 4096, Sums{},
+            [&](size_t first, size_t last) {
+                Sums sums;
+                for (size_t i = first; i < last; ++i) {
+                    const double w = double{weights[i]} / n;
+                    const double then = w * 0.25 * Square(a[i] - b[i]),
+                                 now = w * ErrorOf(a[i], b[i], x[i], y[i]);
+                    sums.before += then, sums.after += now, sums.squares += Sqr(now - then) * n;
+                }
+                return sums;
+            },
+            [](Sums *total, const Sums &more) {
+                total->before += more.before, total->after += more.after, total->squares += more.squares;
+            });
         const double spread = std::sqrt(std::max(0., squares - Sqr(after - before)) / n);
         *isWorse = after - before > 2 * spread;
         return {std::sqrt(std::max(0., before)), std::sqrt(std::max(0., after))};
@@ -215,7 +396,12 @@ void AddTo(Picture *sum, const Picture &more) {
 } // namespace
 
 std::vector<Spectrum> Smoothed(const std::vector<Spectrum> &picture, Point2i size, float sigma) {
-    return SmoothedBy(picture, size, sigma);
+    static_assert(sizeof(Spectrum) == 3 * sizeof(float));
+    if (!(sigma > 0))
+        return picture;
+    std::vector<Spectrum> between, smooth;
+    Smooth(picture, size, sigma, &between, &smooth);
+    return smooth;
 }
 
 //> Denoise all parts, by as much as keeps blocks right
@@ -227,13 +413,16 @@ DenoisedPicture Denoise(Point2i size, std::span<const PartHalves> parts) {
     for (const PartHalves &part : parts)
         AddTo(&all.a, part.a), AddTo(&all.b, part.b);
     const std::vector<float> weights = WeightsOf(MeanOf(all.a, all.b), size);
+    Workspace space;
+    std::vector<SmoothedPart> smoothed;
+    smoothed.reserve(parts.size());
+    for (const PartHalves &part : parts)
+        smoothed.emplace_back(part, size, weights, &space);
     DenoisedPicture result;
-    for (size_t count = kSigmas.size(); count > 0; --count) {
+    for (size_t ways = kWays; ways > 0; --ways) {
         all.x.assign(n, {}), all.y.assign(n, {});
-        for (const PartHalves &part : parts) {
-            const PartHalves denoised = DenoisePart(part, size, weights, count);
-            AddTo(&all.x, denoised.a), AddTo(&all.y, denoised.b);
-        }
+        for (const SmoothedPart &part : smoothed)
+            part.AddBest(ways, &all.x, &all.y, &space);
         bool pixelsAreWorse = false, blocksAreWorse = false;
         std::tie(result.before.pixels, result.after.pixels) = all.Errors(weights, &pixelsAreWorse);
         const DenoiseComparison blocks = all.InBlocks();
