@@ -621,6 +621,8 @@ class CommandLine(ProgramCase):
         self.fails("simulate", "r.recipe", "-o", "a.hair", says="%04d.hair")
         self.fails("simulate", "r.recipe", "-o", "a.exr", says=[".hair", ".usda"])
         self.fails("simulate", "none.recipe", "-o", "a.usda", says="none.recipe")
+        self.fails("simulate", "r.recipe", "-o", "a.usda", "--vdb", "a%d.hair", says=['"a%d.hair" must end in .vdb', "frames/%04d.vdb"])
+        self.fails("simulate", "r.recipe", "-o", "a.usda", "--vdb", "a.vdb", says="%04d.vdb")
         self.fails("simulate", says="-o OUTPUT")
         self.assertFalse((self.path / "a.usda").exists())
 

@@ -63,6 +63,21 @@ class VdbFile(ProgramCase):
         self.assertLess(grids["density"].activeVoxelCount(), count / 10)
         self.assertAlmostEqual(sum(item.value for item in grids["density"].citerOnValues()) * 0.05 ** 3 / told["mass"], 1, delta=1e-5)
 
+    def test_frames_of_a_simulation(self):
+        """Stiff hair on a head that is moved evenly, without weight or air: after a while it has the head's velocity."""
+        self.ok("groom", "hair-cube", "--strands", "100", "-o", "cube.hair", "-q")
+        (self.path / "r.recipe").write_text(
+            'Hair "hairfile" "string filename" "cube.hair"\nSimulation "strands" "float seconds" 1 "float fps" 4 "integer keys" 100 '
+            '"integer points" 6 "vector3 gravity" [0 0 0] "float bending" 1e9 "float drag" 0 "float damping" 1\n'
+            'Motion "keys" "float time" [0 1 2] "vector3 shift" [0 0 0 10 0 0 20 0 0]\n')
+        self.ok("simulate", "r.recipe", "-o", "f/%d.hair", "--vdb", "f/%d.vdb", "--cell", "0.25", "-q")
+        for frame, speed in ((0, 0), (4, 10)):  # at a key in between: the slope from its neighbour before to the one behind
+            grids = {grid.name: grid for grid in vdb.readAll(str(self.path / f"f/{frame}.vdb"))[0]}
+            self.assertEqual(set(grids), {"density", "velocity"})
+            self.assertGreater(self.at(grids["density"], speed, 0, 0), 0)
+            for there, right in zip(self.at(grids["velocity"], speed, 0, 0), (speed, 0, 0)):
+                self.assertAlmostEqual(there, right, delta=0.2)
+
     def test_distance_is_openvdbs_own(self):
         """OpenVDB takes its own polygons from the density at the shell's value, and its own distance to them."""
         self.ok("groom", "hair-cube", "--strands", "900", "-o", "cube.hair", "-q")

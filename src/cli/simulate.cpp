@@ -7,11 +7,14 @@
 #include "core/isa.h"
 #include "core/parallel.h"
 #include "dynamics/recipe.h"
+#include "dynamics/velocity_grid.h"
 #include "files/file.h"
 #include "files/frame_names.h"
 #include "files/inputs.h"
 #include "grooms/hair_file.h"
 #include "grooms/usd_writer.h"
+#include "volume/density.h"
+#include "volume/vdb_file.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -26,7 +29,8 @@ namespace cuticle {
 namespace {
 
 struct SimulateArguments {
-    std::string recipe, output, head;
+    std::string recipe, output, head, vdb;
+    float cell = 1;     // cm, of volumes
     size_t threads = 0; // 0: all
     bool manual = false, quiet = false, keys = false, resume = false;
 };
@@ -71,6 +75,33 @@ std::string TransformText(const Pose &pose) {
     for (const Vector3d &column : {pose.x, pose.y, pose.z})
         text += fmt::format("{} {} {} 0  ", column.x, column.y, column.z);
     return text + fmt::format("{} {} {} 1]\n", pose.origin.x, pose.origin.y, pose.origin.z);
+}
+
+// Writes hair as a volume: its density, and the velocity of the key hairs where there is some.
+void WriteFrameVolume(const std::string &name, const HairSimulation &simulation, const Groom &hair,
+                      float cell) {
+    constexpr size_t kPasses = 2; // of smoothing
+    const StrandSet strands = CurvesOf(hair);
+    const GridBox box = BoxAround(BoundsOf(strands), cell, kPasses + 3);
+    const DenseGrid<float> density = Smoothed(LineDensity(strands, box), kPasses);
+    const KeyStrands &keys = simulation.Keys();
+    std::vector<Vector3d> points, velocities;
+    std::vector<double> masses;
+    for (size_t s = 0; s < keys.StrandCount(); ++s)
+        for (size_t i = 0; i < keys.PointCount(); ++i) {
+            points.push_back(keys.Position(s, i)), velocities.push_back(keys.Velocity(s, i));
+            masses.push_back(keys.Mass(s, i));
+        }
+    VelocityGrid around(points, masses, velocities, std::max(1.5, static_cast<double>(cell)));
+    around.Smooth(1);
+    DenseGrid<Vector3f> velocity(box);
+    for (size_t k = 0, n = 0; k < box.size[2]; ++k)
+        for (size_t j = 0; j < box.size[1]; ++j)
+            for (size_t i = 0; i < box.size[0]; ++i, ++n)
+                if (density.values[n] > 0)
+                    velocity.values[n] = Vector3f(around.At(Vector3d(box.Position(i, j, k)), {}));
+    WriteVdb(name,
+             {{"density", VdbField::Kind::Fog, &density}, {"velocity", VdbField::Kind::Plain, &velocity}});
 }
 
 // Takes frames to where they are written.
@@ -141,11 +172,16 @@ void RunSimulate(const SimulateArguments &a) {
     SimulationRecipe recipe = ReadSimulationRecipe(a.recipe);
     const size_t frames = recipe.FrameCount();
     FrameOutput output(a.output, recipe.settings.framesPerSecond);
-    std::optional<FrameNames> heads;
+    std::optional<FrameNames> heads, volumes;
     if (!a.head.empty())
         heads.emplace(a.head, "head's", "frames/head-%04d.pbrt");
-    if (heads)
-        if (const auto folder = std::filesystem::path(a.head).parent_path(); !folder.empty())
+    if (!a.vdb.empty() && !a.vdb.ends_with(".vdb"))
+        throw Error("the volume's name \"{}\" must end in .vdb", a.vdb)
+            .WithRemedy("write to frames/%04d.vdb");
+    if (!a.vdb.empty())
+        volumes.emplace(a.vdb, "volume's", "frames/%04d.vdb");
+    for (const std::string &name : {a.head, a.vdb})
+        if (const auto folder = std::filesystem::path(name).parent_path(); !folder.empty())
             MakeFolder(folder.string());
     std::optional<StateFile> state;
     if (output.Names() != nullptr)
@@ -157,7 +193,10 @@ void RunSimulate(const SimulateArguments &a) {
     OnThreads(a.threads, [&] {
         HairSimulation simulation(std::move(recipe.groom), std::move(recipe.obstacle), recipe.settings);
         const auto write = [&] {
-            output.Add(simulation.FrameNumber(), a.keys ? simulation.KeyFrame() : simulation.Frame());
+            const Groom hair = a.keys ? simulation.KeyFrame() : simulation.Frame();
+            output.Add(simulation.FrameNumber(), hair);
+            if (volumes)
+                WriteFrameVolume(volumes->Of(simulation.FrameNumber()), simulation, hair, a.cell);
             if (heads)
                 WriteFileAtomically(heads->Of(simulation.FrameNumber()),
                                     TransformText(simulation.HeadPose()));
@@ -207,6 +246,10 @@ void AddSimulateCommand(CLI::App &app) {
     c->add_option("--head", a->head,
                   "also write where the head stands, for a scene's Include: frames/head-%04d.pbrt")
         ->type_name("FILE");
+    c->add_option("--vdb", a->vdb,
+                  "also write volumes with density and velocity (cm/s), for other programs: frames/%04d.vdb")
+        ->type_name("FILE");
+    c->add_option("--cell", a->cell, "side of a volume's cell, cm [1]")->check(CLI::Range(0.01f, 100.f));
     c->add_flag("--keys", a->keys, "write the key hairs alone, which are simulated, not those that follow");
     c->add_flag("--resume", a->resume, "go on where a stopped simulation left its state, beside its frames");
     c->add_flag("--manual", a->manual, "print every statement of a recipe and its parameters, in Markdown");
