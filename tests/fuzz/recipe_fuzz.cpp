@@ -1,5 +1,6 @@
-// Bytes as the recipe of a simulation, of which a few steps are taken.
+// Bytes as the recipe of a simulation, of which a few steps are taken, and as poses of a head.
 #include "core/error.h"
+#include "dynamics/pose_file.h"
 #include "dynamics/recipe.h"
 #include "grooms/hair_file.h"
 
@@ -7,13 +8,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <unistd.h>
 
 namespace cuticle {
 namespace {
 
-// A folder with hair.hair, six small strands, which a recipe may name. It stays as long as the fuzzer runs.
+// A folder with hair.hair, six small strands, and head.poses, which a recipe may name. It stays as long as the fuzzer runs.
 const std::string &FolderWithHair() {
     static const std::string folder = [] {
         std::string name = std::filesystem::temp_directory_path() / ("recipe-" + std::to_string(getpid()));
@@ -26,6 +28,7 @@ const std::string &FolderWithHair() {
             groom.strandOffsets.push_back(static_cast<uint32_t>(groom.points.size()));
         }
         WriteHairFile(name + "/hair.hair", groom);
+        std::ofstream(name + "/head.poses") << "1 0 0 0 0 0 0\n2 0 0 0 0 90 0\n";
         return name;
     }();
     return folder;
@@ -50,6 +53,20 @@ void Simulate(SimulationRecipe recipe) {
             std::abort();
 }
 
+// Whatever poses a file holds, the head stays rigid on its way.
+void Follow(const std::string &text) {
+    const std::vector<HeadMotion::TimedPose> poses = ParsePoses(text, "fuzz.poses", {});
+    const HeadMotion motion(poses);
+    for (size_t i = 0; i < std::min<size_t>(poses.size(), 20); ++i)
+        for (const double f : {0., 0.3, 0.9}) {
+            const double next = i + 1 < poses.size() ? poses[i + 1].time : poses[i].time + 1;
+            const Pose pose = motion.At(poses[i].time * (1 - f) + next * f);
+            if (!(std::abs(Dot(Cross(pose.x, pose.y), pose.z) - 1) < 1e-6) ||
+                !std::isfinite(pose.origin.Length()))
+                std::abort();
+        }
+}
+
 } // namespace
 } // namespace cuticle
 
@@ -61,6 +78,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const cuticle::WarningScope scope(&warnings);
     try {
         cuticle::Simulate(cuticle::ParseSimulationRecipe(text, "fuzz.recipe", cuticle::FolderWithHair()));
+    } catch (const cuticle::Error &) {
+    }
+    try {
+        cuticle::Follow(text);
     } catch (const cuticle::Error &) {
     }
     return 0;

@@ -36,7 +36,7 @@ TARGETS = {
     "usd_file": ([".usda"], 4096, ["src/grooms"], 1),
     "image": ([".pfm", ".png", ".exr", ".hdr", ".tga", ".jpg"], 8192, [], 1),
     "spd": ([".spd"], 2048, [], 1),
-    "recipe": ([".recipe"], 4096, ["src/dynamics", "src/parser"], 1),
+    "recipe": ([".recipe", ".poses"], 4096, ["src/dynamics", "src/parser"], 1),
 }
 
 
