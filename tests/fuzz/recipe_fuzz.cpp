@@ -15,7 +15,8 @@
 namespace cuticle {
 namespace {
 
-// A folder with hair.hair, six small strands, and head.poses, which a recipe may name. It stays as long as the fuzzer runs.
+// A folder with hair.hair, six small strands, and head.poses, which a recipe may name. It stays as long as
+// the fuzzer runs.
 const std::string &FolderWithHair() {
     static const std::string folder = [] {
         std::string name = std::filesystem::temp_directory_path() / ("recipe-" + std::to_string(getpid()));
