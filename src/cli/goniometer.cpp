@@ -47,6 +47,8 @@ std::string CommandOf(const GoniometerArguments &a) {
         if (!f.medullaSigmaA.empty())
             text += fmt::format(" --medulla-sigma-a {:.6g}", fmt::join(f.medullaSigmaA, " "));
     }
+    if (f.polarised)
+        text += " --polarised";
     text += fmt::format(" --theta-i {:.6g} --phi-i {:.6g}", a.thetaI, a.phiI);
     if (a.h)
         text += fmt::format(" --h {:.6g}", *a.h);
@@ -177,6 +179,9 @@ void AddFiberOptions(CLI::App *c, const std::shared_ptr<GoniometerArguments> &a)
         ->group("Fiber");
     c->add_option("--sigma-a", f.sigmaA, "absorption per radius, a number for each channel [0]")
         ->expected(1, 1000)
+        ->group("Fiber");
+    c->add_flag("--polarised", f.polarised,
+                "follow how light is polarised, instead of averaging at every bounce as all models do")
         ->group("Fiber");
     c->add_option("--medulla", f.medullaRatio, "radius of a medulla over the fiber's; 0: none")
         ->capture_default_str()

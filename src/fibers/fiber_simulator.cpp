@@ -14,6 +14,23 @@ namespace {
 double Uniform(RNG *rng) { return (rng->UniformUInt32() + 0.5) * 0x1p-32; }
 //<
 
+//> Know how light is polarised
+// Stokes parameters over the intensity, q^2 + u^2 + v^2 <= 1. With p = w x s across the path, q > 0 vibrates
+// along s, u > 0 between s and p, and v is circular. All 0: unpolarised.
+struct Polarisation {
+    double q = 0, u = 0, v = 0;
+    Vector3d s;
+    //> Turn it to another s
+    // Both lie across w. Turned by psi, the plane of q and u turns by 2 psi.
+    Polarisation Towards(const Vector3d &w, const Vector3d &other) const {
+        const double c = Dot(other, s), d = Dot(other, Cross(w, s));
+        const double cos2 = c * c - d * d, sin2 = 2 * c * d;
+        return {q * cos2 + u * sin2, u * cos2 - q * sin2, v, other};
+    }
+    //<
+};
+//<
+
 //> Hold a path on its way
 // Light that travels along w at (y, z) in the section, in the frame of its axes. What remains of its weight
 // is known by the lengths that it has gone in cortex and medulla; brightest is the least absorbed channel's
@@ -26,6 +43,7 @@ struct Path {
     double weight = 1, brightest = 1;
     double inCortex = 0, inMedulla = 0;
     size_t chords = 0; // p
+    Polarisation polarisation;
     bool inside = false, scattered = false;
     //> Know where on the surface it is
     double along = 0,
@@ -119,6 +137,7 @@ class Tracer {
     const FiberHistogram &classes_;
     SphereCells cells_;
     std::optional<size_t> only_;
+    double faint_;
     double a_, b_; // semi-axes
     double sinAlpha_, cosAlpha_, slope_, toTip_;
     bool rough_;
@@ -134,9 +153,10 @@ class Tracer {
 Tracer::Tracer(const FiberDescription &fiber, const FiberLight &light, const FiberMeasurement &measurement,
                const FiberHistogram &classes)
     : fiber_(fiber), light_(light), classes_(classes), cells_(measurement.cells), only_(measurement.only),
-      a_(1 / std::sqrt(fiber.axisRatio)), b_(std::sqrt(fiber.axisRatio)), sinAlpha_(std::sin(fiber.alpha)),
-      cosAlpha_(std::cos(fiber.alpha)), slope_(std::abs(std::tan(fiber.alpha))),
-      toTip_(fiber.alpha < 0 ? -1 : 1), rough_(fiber.roughnessU > 0 || fiber.roughnessV > 0),
+      faint_(measurement.faint), a_(1 / std::sqrt(fiber.axisRatio)), b_(std::sqrt(fiber.axisRatio)),
+      sinAlpha_(std::sin(fiber.alpha)), cosAlpha_(std::cos(fiber.alpha)),
+      slope_(std::abs(std::tan(fiber.alpha))), toTip_(fiber.alpha < 0 ? -1 : 1),
+      rough_(fiber.roughnessU > 0 || fiber.roughnessV > 0),
       microfacets_(fiber.distribution, fiber.roughnessU, fiber.roughnessV),
       medullaSigmaA_(fiber.medullaSigmaA.empty() ? fiber.sigmaA : fiber.medullaSigmaA),
       share_(fiber.sigmaA.size()) {}
@@ -276,14 +296,61 @@ void Tracer::IntersectFacet(Path path) {
 }
 //<
 
+//> Share polarised light out
+// c = cosIncident, t = eta times the cosine of refraction (squared in t2: below 0 the light is totally
+// reflected). Amplitudes across and along the plane of incidence are r_s = (c - t) / (c + t) and r_p = (eta^2
+// c - t) / (eta^2 c + t); total reflection turns their phases apart. before has its s across that plane.
+struct PolarisedShares {
+    double reflected, refracted;
+    Polarisation afterReflection, afterRefraction;
+};
+PolarisedShares SharePolarised(const Polarisation &before, double c, double t2, double eta) {
+    const double t = std::sqrt(std::max(0., t2)), ec = eta * eta * c;
+    const double rs = (c - t) / (c + t), rp = (ec - t) / (ec + t);
+    const double ts = 4 * c * t / Sqr(c + t), tp = 4 * ec * t / Sqr(ec + t);
+    const auto shareOf = [&](double ofS, double ofP, double both, double turn, Polarisation *after) {
+        const double share = (ofS * (1 + before.q) + ofP * (1 - before.q)) / 2;
+        *after = {0, 0, 0, before.s};
+        if (share > 0) {
+            const double cosine = std::cos(turn) * both / share, sine = std::sin(turn) * both / share;
+            after->q = (ofS * (1 + before.q) - ofP * (1 - before.q)) / (2 * share);
+            after->u = cosine * before.u + sine * before.v;
+            after->v = cosine * before.v - sine * before.u;
+        }
+        return share;
+    };
+    const double k = std::sqrt(std::max(0., -t2)), turn = 2 * (std::atan2(k, c) - std::atan2(k, ec));
+    PolarisedShares shares;
+    shares.reflected = shareOf(rs * rs, rp * rp, rs * rp, turn, &shares.afterReflection);
+    shares.refracted = shareOf(ts, tp, std::sqrt(ts * tp), 0, &shares.afterRefraction);
+    return shares;
+}
+//<
+
 //> Split a path in two by Fresnel's equations
 void Tracer::Split(const Path &path, const SurfaceFrame &frame, const Vector3d &w, const Vector3d &m) {
     const double eta = path.inside ? 1 / fiber_.eta : fiber_.eta;
     const double cosIncident = std::max(1e-9, -Dot(w, m)); // grazing and totally reflected would be 0/0
-    const double t = std::sqrt(std::max(0., (eta - 1) * (eta + 1) + cosIncident * cosIncident));
-    const FresnelPair<double> fresnel = Fresnel(cosIncident, t, eta);
-    const auto branch = [&](double share, const Vector3d &direction, bool changesSide) {
+    const double t2 = (eta - 1) * (eta + 1) + cosIncident * cosIncident, t = std::sqrt(std::max(0., t2));
+    //> Find the shares of the two
+    PolarisedShares shares;
+    if (fiber_.polarised) {
+        const Vector3d normal = frame.u * m.x + frame.v * m.y + frame.n * m.z;
+        Vector3d s = Cross(path.w, normal), other;
+        if (s.LengthSquared() > 1e-24) // s and p cannot be told apart at normal incidence
+            s = Normalize(s);
+        else
+            CoordinateSystem(path.w, &s, &other);
+        shares = SharePolarised(path.polarisation.Towards(path.w, s), cosIncident, t2, eta);
+    } else {
+        const FresnelPair<double> fresnel = Fresnel(cosIncident, t, eta);
+        shares.reflected = fresnel.f, shares.refracted = fresnel.oneMinusF;
+    }
+    //<
+    const auto branch = [&](double share, const Polarisation &polarisation, const Vector3d &direction,
+                            bool changesSide) {
         Path next = path;
+        next.polarisation = polarisation;
         const Vector3d d = Normalize(path.inside ? -direction : direction);
         next.w = frame.u * d.x + frame.v * d.y + frame.n * d.z;
         next.weight *= share;
@@ -301,18 +368,20 @@ void Tracer::Split(const Path &path, const SurfaceFrame &frame, const Vector3d &
         }
         //<
         //> Play roulette with faint paths
-        constexpr double kFaint = 0.05;
         const double brightness = next.weight * next.brightest;
-        if (brightness < kFaint) {
-            if (Uniform(rng_) * kFaint >= brightness)
+        if (brightness < faint_) {
+            if (Uniform(rng_) * faint_ >= brightness)
                 return;
-            next.weight *= kFaint / brightness;
+            next.weight *= faint_ / brightness;
+        } else if (!(brightness > 1e-15)) {
+            deposits_->lost += next.weight;
+            return;
         }
         //<
         Keep(next);
     };
-    branch(fresnel.f, w + m * (2 * cosIncident), false);
-    branch(fresnel.oneMinusF, (w + m * (cosIncident - t)) / eta, true);
+    branch(shares.reflected, shares.afterReflection, w + m * (2 * cosIncident), false);
+    branch(shares.refracted, shares.afterRefraction, (w + m * (cosIncident - t)) / eta, true);
 }
 void Tracer::Keep(const Path &path) { pending_.push_back(path); }
 //<
@@ -381,6 +450,7 @@ bool Tracer::IntersectMedulla(Path *path, double distance) {
     path->inMedulla += free;
     path->y += (begin + free) * path->w.y, path->z += (begin + free) * path->w.z;
     path->scattered = true;
+    path->polarisation = {};
     //<
     //> Turn after Henyey and Greenstein
     const double g = fiber_.medullaG, u = Uniform(rng_), psi = 2 * kPi<double> * Uniform(rng_);
@@ -441,6 +511,7 @@ void CheckMeasurement(const FiberLight &light, const FiberMeasurement &m) {
     Check(!light.h || std::abs(*light.h) <= 1, "offset h must be in [-1, 1]");
     Check(m.orders >= 1 && m.orders <= 16, "orders to tell apart must be 1 to 16");
     Check(!m.only || *m.only < static_cast<size_t>(m.orders), "only order must be one of those told apart");
+    Check(m.faint >= 0 && m.faint <= 1, "faint paths must have a weight in [0, 1]");
     Check(m.samples >= 1 && m.samples <= 1'000'000'000'000, "samples must be 1 to 10^12");
     Check(m.cells.rows >= 1 && m.cells.columns >= 1 && m.cells.Count() <= 4'000'000,
           "sphere must have 1 to 4 million cells");

@@ -28,6 +28,10 @@ struct FiberDescription {
     std::vector<double> medullaSigmaA;
     double medullaSigmaS = 0;
     double medullaG = 0; // mean cosine, (-1, 1)
+    // Light is polarised by every reflection and refraction, and a path remembers it (unpolarised light comes
+    // in, all of what leaves is counted); a medulla that scatters it depolarises it. False: light is averaged
+    // over polarisations at every bounce, as in all published models.
+    bool polarised = false;
 
     bool operator==(const FiberDescription &) const = default;
 };
@@ -51,6 +55,9 @@ struct FiberMeasurement {
     // The one p to measure, below orders: paths are given up where they have more. Nothing else is in the
     // sum.
     std::optional<size_t> only;
+    // Paths whose weight falls below this, [0, 1], play Russian roulette. 0: none does, what is below 1e-15
+    // is given up, and one smooth ray has no noise at all.
+    double faint = 0.05;
     SphereCells cells;
 };
 //<

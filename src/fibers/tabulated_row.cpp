@@ -34,6 +34,7 @@ class TabulatedMaker final : public FiberMaker {
             settings.Number("roughness_v", std::min(1.f, Radians(AzimuthalWidth(at.betaN)) / std::sqrt(2.f)));
         fiber.distribution = static_cast<MicrofacetDistribution>(settings.Choice("distribution"));
         fiber.axisRatio = number("eccentricity", 1);
+        fiber.polarised = settings.Flag("polarised", false);
         fiber.medullaRatio = number("medulla_ratio", 0);
         fiber.medullaSigmaS = number("medulla_sigma_s", 0);
         fiber.medullaG = number("medulla_g", 0);
@@ -107,6 +108,7 @@ constexpr ParamInfo kParams[] = {
      .meaning = "of the surface's slopes",
      .choices = kDistributions},
     {"eccentricity", "float", "", "1", "second over first axis of the section, 0.05 to 20"},
+    {"polarised", "bool", "", "false", "follow polarisation, instead of averaging over it at every bounce"},
     {"medulla_ratio", "float", "", "0", "radius of a core over the fiber's, 0 to 1; 0: none"},
     {"medulla_sigma_s", "float", "1/radius", "0", "scattering of the core, 0 to 1000"},
     {"medulla_g", "float", "", "0", "mean cosine of the core's scattering, -1 to 1"},

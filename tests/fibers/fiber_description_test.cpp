@@ -38,6 +38,7 @@ TEST(FiberSimulator, WhatHasNoMeaningIsRefused) {
     refuses([](auto *, auto *, auto *m) { m->orders = 0; });
     refuses([](auto *, auto *, auto *m) { m->only = 4; });
     refuses([](auto *, auto *, auto *m) { m->samples = 0; });
+    refuses([](auto *, auto *, auto *m) { m->faint = NAN; });
     refuses([](auto *, auto *, auto *m) { m->cells = {0, 8}; });
 }
 

@@ -245,14 +245,16 @@ double FromPatchToPatch(const FiberDescription &fiber, size_t from, size_t to, d
 }
 
 TEST(FiberSimulator, LightGoesBothWaysAlike) {
-    FiberDescription tilted, ellipse;
+    FiberDescription tilted, ellipse, polarised;
     tilted.alpha = 5 * kDegree, tilted.roughnessU = 0.25, tilted.roughnessV = 0.25, tilted.sigmaA = {0.1};
     ellipse = tilted;
     ellipse.axisRatio = 0.6, ellipse.rotation = 0.5, ellipse.distribution = MicrofacetDistribution::GGX;
     ellipse.medullaRatio = 0.4, ellipse.medullaSigmaS = 1, ellipse.medullaG = 0.5;
+    polarised = ellipse;
+    polarised.polarised = true, polarised.medullaRatio = 0;
     const size_t patches[][2] = {
         {3 * 24 + 3, 7 * 24 + 14}, {8 * 24 + 20, 4 * 24 + 8}, {9 * 24 + 13, 2 * 24 + 3}};
-    for (const FiberDescription &fiber : {tilted, ellipse})
+    for (const FiberDescription &fiber : {tilted, ellipse, polarised})
         for (const auto &[a, b] : patches) {
             double v0 = 0, v1 = 0;
             const double there = FromPatchToPatch(fiber, a, b, &v0, 6000);
