@@ -73,6 +73,11 @@ LITERATE = [
     "src/dynamics/springs.*",
     "src/dynamics/directing.*",
     "src/dynamics/crossings.*",
+    "src/grooms/groom_params.*",
+    "src/grooms/head_*",
+    "src/grooms/lock_source.*",
+    "src/grooms/procedural.*",
+    "src/grooms/scalp.*",
 ]
 CHAPTERS = "literate_docs/[0-9A-Z]*-*.md"  # numbered chapters, then appendices by letter
 

@@ -1,3 +1,4 @@
+//> Define the parameters of a groom
 #include "grooms/groom_params.h"
 
 #include "core/error.h"
@@ -18,8 +19,10 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kKinds{"head", "fur-ball", "hair-cube", "ball"};
 
+//> Tabulate the styles
 // To add one: a row here; a new way to comb is a case of HeadSource::Grow (head_source.cpp).
 constexpr HeadStyleInfo kStyles[] = {
+    //> Hang hair from a parting, or let it stand off
     {"straight", "long, straight, parted", [](GroomParams *) {}},
     {"wavy", "long waves, parted",
      [](GroomParams *p) {
@@ -63,6 +66,8 @@ constexpr HeadStyleInfo kStyles[] = {
          p->level = 0;
      },
      Comb::Out, 4, 0.012f},
+    //<
+    //> Cut it, wind it, plait it
     {"bob", "straight, cut at the chin, the ends turned in",
      [](GroomParams *p) {
          p->length = 25.5f;
@@ -99,6 +104,8 @@ constexpr HeadStyleInfo kStyles[] = {
          p->level = 0;
      },
      Comb::Braid, 0.1f, 0, 0, false, 1, 64},
+    //<
+    //> Comb it forward, back, and wet
     {"short", "a few centimetres, ears and nape free",
      [](GroomParams *p) {
          p->length = 5.5f;
@@ -136,7 +143,9 @@ constexpr HeadStyleInfo kStyles[] = {
          p->level = 0.4f;
      },
      Comb::Back, 0.15f, 0.2f},
+    //<
 };
+//<
 constexpr auto kStyleNames = [] {
     std::array<std::string_view, std::size(kStyles)> names{};
     for (size_t i = 0; i < names.size(); ++i)
@@ -144,6 +153,7 @@ constexpr auto kStyleNames = [] {
     return names;
 }();
 
+//> Tabulate the parameters
 constexpr GroomParamInfo kTable[] = {
     {"strands", &GroomParams::strands, 1, 2e7, "all",
      "number of strands (a hair cube takes the nearest square)"},
@@ -196,6 +206,7 @@ constexpr GroomColorInfo kColors[] = {
     {"tip_color", &GroomParams::tipColor,
      "colour that the lengths are dyed with, 0 to 1 each (with root_color)"},
 };
+//<
 
 template <size_t n>
 std::string Choices(const std::array<std::string_view, n> &names) {
@@ -229,6 +240,7 @@ std::span<const std::string_view> GroomKinds() { return kKinds; }
 std::span<const HeadStyleInfo> HeadStyleTable() { return kStyles; }
 std::span<const std::string_view> HeadStyles() { return kStyleNames; }
 
+//> Find a style
 const HeadStyleInfo &FindHeadStyle(std::string_view name) {
     const auto *found = std::find_if(std::begin(kStyles), std::end(kStyles),
                                      [&](const HeadStyleInfo &style) { return style.name == name; });
@@ -236,7 +248,9 @@ const HeadStyleInfo &FindHeadStyle(std::string_view name) {
         throw Error("unknown style of a head \"{}\"; the styles are {}", name, Choices(kStyleNames));
     return *found;
 }
+//<
 
+//> Begin with what a kind and a style bring
 GroomParams MakeGroomParams(std::string_view kind, std::string_view style) {
     GroomParams p;
     p.kind = kind;
@@ -272,7 +286,9 @@ GroomParams MakeGroomParams(std::string_view kind, std::string_view style) {
     }
     return p;
 }
+//<
 
+//> Find a parameter by its name
 const GroomParamInfo &FindGroomParam(std::string_view name, std::string_view kind) {
     std::vector<std::string_view> names;
     for (const GroomParamInfo &info : kTable) {
@@ -288,7 +304,9 @@ const GroomParamInfo &FindGroomParam(std::string_view name, std::string_view kin
     throw Error("unknown groom parameter \"" + std::string(name) + "\". " +
                 Suggestion(name, names.data(), names.size()));
 }
+//<
 
+//> Set a parameter
 void SetGroomParam(GroomParams *params, std::string_view name, double value) {
     const GroomParamInfo &info = FindGroomParam(name, params->kind);
     const std::string what = "groom parameter \"" + std::string(name) + "\" ";
@@ -315,7 +333,9 @@ void SetGroomParam(GroomParams *params, std::string_view name, const std::string
         throw Error("groom parameter \"" + std::string(name) + "\" must be a number, not \"" + value + "\"");
     SetGroomParam(params, name, v);
 }
+//<
 
+//> Set a colour
 void SetGroomColor(GroomParams *params, std::string_view name, const Spectrum &value) {
     const auto *info = std::find_if(std::begin(kColors), std::end(kColors),
                                     [&](const GroomColorInfo &c) { return c.name == name; });
@@ -341,6 +361,7 @@ void SetGroomColor(GroomParams *params, std::string_view name, const std::string
     }
     SetGroomColor(params, name, color);
 }
+//<
 
 double GetGroomParam(const GroomParams &params, std::string_view name) {
     const GroomParamInfo &info = FindGroomParam(name, params.kind);
@@ -349,6 +370,7 @@ double GetGroomParam(const GroomParams &params, std::string_view name) {
     return static_cast<double>(params.*(std::get<float GroomParams::*>(info.member)));
 }
 
+//> Write the manual of a groom's parameters
 std::span<const ParamInfo> GroomParamRows() {
     static const std::deque<std::string> defaults = [] {
         const GroomParams head = MakeGroomParams("head");
@@ -373,5 +395,7 @@ std::span<const ParamInfo> GroomParamRows() {
     }();
     return params;
 }
+//<
 
 } // namespace cuticle
+//<

@@ -1,3 +1,4 @@
+//> Declare the parameters of a groom
 // The parameters of procedural grooms: one table serves the command line and the scene language.
 #pragma once
 
@@ -13,6 +14,7 @@
 
 namespace cuticle {
 
+//> List what a groom can be told
 // Lengths are in centimetres for heads and fur, in the units of `radius` and `side` otherwise.
 struct GroomParams {
     std::string kind = "head";      // head, fur-ball, hair-cube, ball
@@ -49,7 +51,9 @@ struct GroomParams {
     float radius = 1;             // of the fur ball's skin, of the ball
     float side = 2;               // of the hair cube
 };
+//<
 
+//> Describe one parameter
 // One parameter: its name in a scene file ("curl_radius"; the command line says --curl-radius), where it is
 // kept, what values it takes, which kinds of groom read it.
 struct GroomParamInfo {
@@ -62,6 +66,7 @@ struct GroomParamInfo {
 std::span<const GroomParamInfo> GroomParamTable();
 // Whether a kind of groom reads that parameter.
 bool GroomReads(std::string_view kind, const GroomParamInfo &info);
+//<
 
 // The colours among the parameters, which every kind of groom reads: "root_color", "tip_color".
 struct GroomColorInfo {
@@ -74,6 +79,7 @@ std::span<const GroomColorInfo> GroomColorTable();
 // The kinds.
 std::span<const std::string_view> GroomKinds();
 
+//> Name the ways to comb
 // Says which way hair leaves a head.
 enum class Comb {
     Part,  // away from a parting, and down
@@ -83,7 +89,9 @@ enum class Comb {
     Bun,   // drawn to the back of the head and wound up there
     Braid  // drawn to the nape and plaited
 };
+//<
 
+//> Describe a style
 // A style of a head: what it is, how hair is combed, and the parameters that differ from those of straight
 // hair.
 struct HeadStyleInfo {
@@ -97,6 +105,7 @@ struct HeadStyleInfo {
     float sides = 1;      // length at the sides and the nape, as a share of that on top
     int segments = 0;     // of a strand; 0: by length and curls
 };
+//<
 std::span<const HeadStyleInfo> HeadStyleTable();
 std::span<const std::string_view> HeadStyles(); // their names
 // Throws Error naming the choices.
@@ -119,6 +128,7 @@ void SetGroomColor(GroomParams *params, std::string_view name, const Spectrum &v
 void SetGroomColor(GroomParams *params, std::string_view name, const std::string &value);
 double GetGroomParam(const GroomParams &params, std::string_view name);
 
+//> Read the parameters of a groom from a scene
 // The parameters of Shape "groom" in scenes, and of Hair "groom" in recipes of simulations: those of the
 // tables, with "kind" and "style", in the types of a scene. Defaults are those of a head of straight hair.
 std::span<const ParamInfo> GroomParamRows();
@@ -139,5 +149,7 @@ GroomParams GroomParamsOf(const Parameters &p) {
             SetGroomColor(&params, info.name, p.FindSpectrum(info.name, Spectrum(0)));
     return params;
 }
+//<
 
 } // namespace cuticle
+//<

@@ -1,3 +1,4 @@
+//> Define the head as triangles
 #include "grooms/head_mesh.h"
 
 #include "core/check.h"
@@ -16,6 +17,7 @@ namespace {
 
 using Lattice = std::array<size_t, 3>; // x, y, z
 
+//> List where the surface crosses a lattice
 // HeadCrossings list where the surface crosses a lattice of cubes around the head. A cube is named by its
 // lowest corner, a corner by its number, x fastest.
 struct HeadCrossings {
@@ -32,7 +34,9 @@ struct HeadCrossings {
     std::vector<Cube> cubes;
     std::vector<Edge> edges;
 };
+//<
 
+//> Lay a lattice around the head
 // Finds the crossings without looking at every cube: work and memory go with the surface and not with the
 // space around it.
 class HeadLattice {
@@ -46,6 +50,7 @@ class HeadLattice {
     // The distance between a corner's number and that of its neighbour along an axis.
     uint64_t Stride(size_t axis) const { return axis == 0 ? 1 : axis == 1 ? size_[0] : size_[0] * size_[1]; }
 
+    //> Find all crossings
     // In the order of their numbers, whatever the number of threads.
     HeadCrossings Find() const {
         size_t side = kLeaf; // of the blocks that are looked at first, in cubes
@@ -73,6 +78,7 @@ class HeadLattice {
         std::sort(all.edges.begin(), all.edges.end());
         return all;
     }
+    //<
 
   private:
     static constexpr size_t kLeaf = 2;       // cubes to a side of a block that is searched one by one
@@ -87,6 +93,7 @@ class HeadLattice {
                    spacing_;
     }
 
+    //> Search a block that the surface can reach
     void Search(const Lattice &low, size_t side, HeadCrossings *found) const {
         for (size_t axis = 0; axis < 3; ++axis)
             if (low[axis] >= size_[axis])
@@ -101,7 +108,9 @@ class HeadLattice {
             Search({low[0] + (i & 1) * part, low[1] + (i >> 1 & 1) * part, low[2] + (i >> 2) * part}, part,
                    found);
     }
+    //<
 
+    //> Look at the cubes of a small block
     void SearchLeaf(const Lattice &low, HeadCrossings *found) const {
         constexpr size_t n = kLeaf + 1;
         std::array<float, n * n * n> values;
@@ -120,7 +129,9 @@ class HeadLattice {
                     AddEdges(at, value, found);
                 }
     }
+    //<
 
+    //> Put a vertex into a cube
     template <class Value>
     void AddCube(const Lattice &cube, const Value &value, HeadCrossings *found) const {
         for (size_t axis = 0; axis < 3; ++axis)
@@ -144,7 +155,9 @@ class HeadLattice {
         if (crossings > 0)
             found->cubes.push_back({Index(cube), sum / static_cast<float>(crossings)});
     }
+    //<
 
+    //> Note an edge with cubes all around
     // Those that have cubes all around.
     template <class Value>
     void AddEdges(const Lattice &a, const Value &value, HeadCrossings *found) const {
@@ -159,12 +172,15 @@ class HeadLattice {
                 found->edges.push_back({Index(a), static_cast<uint8_t>(axis), inside});
         }
     }
+    //<
 
     Point3f low_{-24, kHeadBottom - 1.5f, -15};
     float spacing_;
     Lattice size_;
 };
+//<
 
+//> Pull the vertices onto the head
 // Moves the vertices onto the surface, along the gradient of the distance.
 void PullOntoHead(SurfaceMesh *mesh) {
     mesh->normals.resize(mesh->points.size());
@@ -182,7 +198,9 @@ void PullOntoHead(SurfaceMesh *mesh) {
         }
     });
 }
+//<
 
+//> Join the vertices around each crossed edge
 // Adds two triangles for every edge that the surface crosses, between the vertices of the four cubes around
 // it.
 void AddTriangles(const HeadLattice &lattice, const HeadCrossings &crossings, SurfaceMesh *mesh) {
@@ -208,6 +226,7 @@ void AddTriangles(const HeadLattice &lattice, const HeadCrossings &crossings, Su
         }
     });
 }
+//<
 
 } // namespace
 
@@ -227,6 +246,7 @@ SurfaceMesh MakeHeadMesh(float spacing) {
     return mesh;
 }
 
+//> Write triangles as a file
 void WritePly(const std::string &filename, const SurfaceMesh &mesh) {
     OutputFile out(filename);
     out.Write(fmt::format("ply\nformat binary_little_endian 1.0\ncomment written by Cuticle\n"
@@ -249,5 +269,7 @@ void WritePly(const std::string &filename, const SurfaceMesh &mesh) {
     out.Write(bytes);
     out.Commit();
 }
+//<
 
 } // namespace cuticle
+//<

@@ -1,3 +1,4 @@
+//> Declare the head as triangles
 // The head and shoulders as triangles, and triangles as a file.
 #pragma once
 
@@ -24,3 +25,4 @@ SurfaceMesh MakeHeadMesh(float spacing = 0.3f);
 void WritePly(const std::string &filename, const SurfaceMesh &mesh);
 
 } // namespace cuticle
+//<

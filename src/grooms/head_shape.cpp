@@ -1,3 +1,4 @@
+//> Define the head
 #include "grooms/head_shape.h"
 
 #include <algorithm>
@@ -10,6 +11,7 @@ namespace {
 
 // --- clay
 
+//> Measure the distance to an ellipsoid
 // First-order distance to an ellipsoid: the implicit function over its gradient's length.
 float Ellipsoid(const Point3f &p, const Point3f &c, const Vector3f &r) {
     const Vector3f q = p - c;
@@ -20,7 +22,9 @@ float Ellipsoid(const Point3f &p, const Point3f &c, const Vector3f &r) {
         return -std::min(r.x, std::min(r.y, r.z));
     return k * (k - 1) / g;
 }
+//<
 
+//> Measure the distance to a string of clay
 // Capsule whose radius goes from ra at a to rb at b.
 float Capsule(const Point3f &p, const Point3f &a, const Point3f &b, float ra, float rb) {
     const Vector3f ab = b - a, ap = p - a;
@@ -40,28 +44,36 @@ float Chain(const Point3f &p, const std::array<Knot, n> &knots) {
         d = std::min(d, Capsule(p, knots[i].p, knots[i + 1].p, knots[i].r, knots[i + 1].r));
     return d;
 }
+//<
 
+//> Join and carve with rounded edges
 // Union that rounds the crease over a width of k (a quadratic blend).
 float Join(float a, float b, float k) {
     const float h = std::max(k - std::abs(a - b), 0.f) / k;
     return std::min(a, b) - h * h * k * 0.25f;
 }
 float Carve(float a, float b, float k) { return -Join(-a, b, k); }
+//<
 
+//> Leave out what is too far off to matter
 // Says whether clay within r of c, blended over k, could change the distance d at p.
 bool Touches(const Point3f &p, const Point3f &c, float r, float d, float k) {
     return (p - c).LengthSquared() < Sqr(r + k + std::abs(d));
 }
+//<
 
+//> Turn an ear's axes
 // Turns a plane's coordinates by an angle that is given by its cosine and sine.
 void Turn(float cosine, float sine, float *a, float *b) {
     const float x = *a;
     *a = cosine * x - sine * *b;
     *b = sine * x + cosine * *b;
 }
+//<
 
 // --- the bust, on the side of +x (it is the same on both)
 
+//> Model the skull
 float Skull(const Point3f &p) {
     float d = Ellipsoid(p, {0, 3.1f, -0.9f}, {7.3f, 8.4f, 9.3f});        // cranium
     d = Join(d, Ellipsoid(p, {0, 4.6f, 1.8f}, {6.2f, 6.0f, 6.9f}), 3.f); // forehead
@@ -73,7 +85,9 @@ float Skull(const Point3f &p) {
     d = Join(d, Ellipsoid(p, {3.9f, -2.2f, 4.9f}, {2.1f, 1.8f, 2.0f}), 2.6f);            // cheekbone
     return Join(d, Ellipsoid(p, {0, -8.3f, 3.4f}, {2.8f, 1.5f, 4.f}), 2.f);              // under the chin
 }
+//<
 
+//> Model an eye
 float Eye(const Point3f &p, float d) {
     d = Carve(d, Ellipsoid(p, {3.0f, 0.35f, 9.4f}, {1.9f, 1.15f, 1.75f}), 1.3f);  // socket
     d = Join(d, Ellipsoid(p, {3.15f, 0.2f, 6.85f}, {1.45f, 1.14f, 1.27f}), 0.4f); // closed lids
@@ -86,7 +100,9 @@ float Eye(const Point3f &p, float d) {
     d = Join(d, Chain(p - Vector3f{0, 0.1f, -0.04f}, line), 0.25f);
     return Carve(d, Chain(p + Vector3f{0, 0.1f, -0.04f}, line), 0.2f);
 }
+//<
 
+//> Model the nose
 float Nose(const Point3f &p, float d) {
     static constexpr std::array<Knot, 3> bridge{
         {{{0, 2.2f, 7.95f}, 0.6f}, {{0, 0.3f, 8.35f}, 0.52f}, {{0, -2.8f, 9.85f}, 0.66f}}};
@@ -96,7 +112,9 @@ float Nose(const Point3f &p, float d) {
     d = Join(d, Ellipsoid(p, {0.98f, -3.45f, 9.2f}, {0.6f, 0.58f, 0.85f}), 0.45f);       // wing
     return Carve(d, Ellipsoid(p, {0.55f, -4.15f, 9.55f}, {0.27f, 0.22f, 0.42f}), 0.25f); // nostril
 }
+//<
 
+//> Model the mouth
 float Mouth(const Point3f &p, float d) {
     d = Join(d, Ellipsoid(p, {0, -6.1f, 6.4f}, {2.9f, 2.5f, 2.6f}), 1.6f);              // muzzle
     d = Carve(d, Capsule(p, {0, -4.5f, 9.75f}, {0, -5.35f, 9.75f}, 0.2f, 0.26f), 0.5f); // philtrum
@@ -114,7 +132,9 @@ float Mouth(const Point3f &p, float d) {
     d = Join(d, Chain(p, lower), 0.4f);
     return Carve(d, Chain(p, line), 0.3f);
 }
+//<
 
+//> Model an ear
 float Ear(const Point3f &p, float d) {
     // Its own axes: x forward, y up, z outward; tilted back and standing off behind
     Point3f q{p.z + 0.9f, p.y + 0.5f, p.x - 7.15f};
@@ -141,7 +161,9 @@ float Ear(const Point3f &p, float d) {
     ear = Join(ear, Ellipsoid(q, {0.95f, -0.6f, 0.05f}, {0.38f, 0.55f, 0.32f}), 0.3f); // tragus
     return Join(d, ear, 0.55f);
 }
+//<
 
+//> Model neck and shoulders
 // Neck, shoulders and chest, with the shoulders cut as sculptors do.
 float Body(const Point3f &p) {
     float d = Capsule(p, {0, -3.5f, -2.2f}, {0, -16.f, -3.0f}, 4.5f, 4.9f);
@@ -153,9 +175,11 @@ float Body(const Point3f &p) {
     d = Join(d, Capsule(p, {4.3f, -7.f, -1.8f}, {1.9f, -17.0f, 1.3f}, 0.5f, 0.5f), 1.6f);     // neck muscle
     return d;
 }
+//<
 
 } // namespace
 
+//> Put the head together
 float HeadDistance(const Point3f &place) {
     const Point3f p{std::abs(place.x), place.y, place.z};
     // The skull ends at y = -11, the body at 1: whichever is too far off to blend with the other is left out
@@ -178,7 +202,9 @@ float HeadDistance(const Point3f &place) {
         d = Ear(p, d);
     return std::max(d, kHeadBottom - p.y);
 }
+//<
 
+//> Find the normal of the head
 Normal3f HeadNormal(const Point3f &p) {
     // Four places of a tetrahedron have the same sum of gradients as six along the axes
     constexpr float h = 0.02f;
@@ -188,7 +214,9 @@ Normal3f HeadNormal(const Point3f &p) {
     const float length = g.Length();
     return length > 0 ? g / length : Vector3f{0, 1, 0}; // at an exact centre any direction leads out
 }
+//<
 
+//> Push a point out of the head
 Point3f PushOutOfHead(Point3f p, float offset) {
     // Near the surface two or three steps do it; from deep inside, where parts that blend lead one way and
     // the other, longer and longer ones.
@@ -200,5 +228,7 @@ Point3f PushOutOfHead(Point3f p, float offset) {
     }
     return p;
 }
+//<
 
 } // namespace cuticle
+//<

@@ -1,3 +1,4 @@
+//> Declare the head
 // A bust like a sculptor's study, lids closed, to grow hair on. Units are centimetres, y up, the face looks
 // along +z, +x is the head's left; the origin lies between the ears.
 #pragma once
@@ -19,3 +20,4 @@ Normal3f HeadNormal(const Point3f &p);
 Point3f PushOutOfHead(Point3f p, float offset);
 
 } // namespace cuticle
+//<

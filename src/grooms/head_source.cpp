@@ -1,3 +1,4 @@
+//> Grow hair on the head
 #include "grooms/head_source.h"
 
 #include "core/parallel.h"
@@ -11,18 +12,21 @@ namespace cuticle {
 
 namespace {
 
+//> Declare how a head of hair is grown
 class HeadSource final : public LockSource {
   public:
     explicit HeadSource(const GroomParams &params) : LockSource(params), style_(FindHeadStyle(params.style)) {
         waves_ = style_.waves;
+        //> Choose how many segments a strand needs
         const float turns = params.curlRadius > 0 ? params.length / params.curlLength : 0;
         if (params.segments > 0)
             segments_ = static_cast<size_t>(params.segments);
         else if (style_.segments > 0)
             segments_ = static_cast<size_t>(style_.segments);
-        else // Seven points a turn keep the spline within 1% of a circle
+        else // Seven and a half points a turn keep the spline within 1.1% of a circle
             segments_ = static_cast<size_t>(std::clamp(
                 std::ceil(std::max(0.75f * params.length, turns * (waves_ ? 6.f : 7.5f))), 8.f, 400.f));
+        //<
         area_ = scalp_.Area();
         guides_.resize(static_cast<size_t>(params.locks));
         ParallelFor(guides_.size(), [&](size_t i) { Grow(i, &guides_[i]); });
@@ -30,6 +34,7 @@ class HeadSource final : public LockSource {
     }
 
   private:
+    //> Part the hair
     // The parting runs from the forehead to the crown, not quite straight, and ends there. stray: of a hair
     // that grows across it, cm.
     int Side(const Point3f &p, float stray) const {
@@ -38,6 +43,8 @@ class HeadSource final : public LockSource {
         const float line = params_.part + 0.12f * std::sin(1.7f * p.z) + 0.08f * std::sin(4.1f * p.z + 1);
         return p.x + stray < line ? -1 : 1;
     }
+    //<
+    //> Place a root
     Root RootAt(size_t index, float u0, float v0) const override {
         const HashStream r(Seed(), kRootStream, index);
         const Point2f uv = R2(index, u0, v0);
@@ -51,6 +58,8 @@ class HeadSource final : public LockSource {
             root.shorter = 0.03f + 0.22f * Sqr(r.Uniform(2));
         return root;
     }
+    //<
+    //> Keep hair out of head and ears
     Point3f KeepOut(const Point3f &p, float fromRoot) const override {
         // An ear's rim is thinner than a step along a hair: what passes by goes around the ear as a whole
         const Vector3f q{(std::abs(p.x) - 7.8f) / 1.2f, (p.y + 0.4f) / 3.4f, (p.z + 1.1f) / 2.2f};
@@ -61,6 +70,7 @@ class HeadSource final : public LockSource {
         }
         return PushOutOfHead(out, kHeadClearance * std::min(1.f, fromRoot));
     }
+    //<
     void Grow(size_t index, Guide *g) const;
     Vector3f CombAt(const ScalpPoint &root) const;
     // Where hair that is drawn together meets, on the head's midline.
@@ -75,7 +85,9 @@ class HeadSource final : public LockSource {
     const HeadStyleInfo &style_;
     Scalp scalp_;
 };
+//<
 
+//> Comb hair at its root
 // The way that hair is combed at its root, along the skin.
 Vector3f HeadSource::CombAt(const ScalpPoint &root) const {
     const Point3f crown{0.6f * params_.part, 10.5f, -5.f};
@@ -108,7 +120,9 @@ Vector3f HeadSource::CombAt(const ScalpPoint &root) const {
     comb = TangentTo(root.n, comb);
     return comb.LengthSquared() > 1e-8f ? Normalize(comb) : Vector3f();
 }
+//<
 
+//> Bend a hair as it grows
 // This bends a hair at p, per cm of its length.
 Vector3f HeadSource::Force(const Point3f &p, const Guide &g) const {
     Vector3f force = Vector3f{0, -1, 0} * style_.weight;
@@ -130,9 +144,11 @@ Vector3f HeadSource::Force(const Point3f &p, const Guide &g) const {
     return force + GroomNoise(p * 0.16f, Seed() + 1) * 0.05f +
            GroomNoise(g.root * 0.5f + p * 0.05f, Seed() + 2) * 0.06f;
 }
+//<
 
 constexpr float kKnotStep = 0.3f; // cm
 
+//> Draw hair to the knot
 // Draws hair along the head to the knot: what comes from farther off lies on what grows nearer.
 void HeadSource::DrawToKnot(Guide *g, std::vector<Point3f> *path) const {
     const float far = (Knot() - g->root).Length();
@@ -152,7 +168,9 @@ void HeadSource::DrawToKnot(Guide *g, std::vector<Point3f> *path) const {
         path->push_back(p);
     }
 }
+//<
 
+//> Wind a bun
 // Winds a hair around the knot: along a torus whose axis leaves the head, each at a depth of its own.
 void HeadSource::WindBun(const HashStream &r, std::vector<Point3f> *path) const {
     const Vector3f axis = Normalize(Vector3f{0, 0.25f, -1}), e1{1, 0, 0}, e2 = Cross(axis, e1);
@@ -173,7 +191,9 @@ void HeadSource::WindBun(const HashStream &r, std::vector<Point3f> *path) const 
         path->push_back(PushOutOfHead(start * (1 - t) + wound * t, 0.15f));
     }
 }
+//<
 
+//> Plait a braid
 // Plaits three tresses, which swing from side to side once while they go in and out twice.
 void HeadSource::Plait(const HashStream &r, std::vector<Point3f> *path) const {
     const Point3f start = path->back(), root = path->front();
@@ -197,12 +217,15 @@ void HeadSource::Plait(const HashStream &r, std::vector<Point3f> *path) const {
         path->push_back(start * (1 - t) + Vector3f{0, -s, 0} * (1 - t) + (middle + swing * end) * t);
     }
 }
+//<
 
+//> Grow a guide from its root
 // Grows one guide from its root: combed as its style says, bent down by its weight, resting on the head, the
 // hair beneath it and the shoulders.
 void HeadSource::Grow(size_t index, Guide *g) const {
     const HashStream r(Seed(), kGuideStream, index);
     const Point2f uv = R2(index, r.Uniform(100) * 0.02f, r.Uniform(101) * 0.02f);
+    //> Choose where a lock begins, how thick it lies and how long it gets
     const ScalpPoint start = scalp_.Sample(uv.x, uv.y);
     g->root = start.p;
     g->side = Side(start.p, 0);
@@ -222,6 +245,7 @@ void HeadSource::Grow(size_t index, Guide *g) const {
     const float full = params_.length * (1 - 0.5f * params_.lengthVariation * r.Uniform(8)) *
                        Lerp(SmoothStep(-2.f, 8.f, start.p.y), style_.sides, 1.f);
     const float floorY = 10.f - params_.length + 5.f; // where the longest hairs from the top end
+    //<
     constexpr float step = 0.3f;
     std::vector<Point3f> path{start.p};
     if (style_.comb == Comb::Bun || style_.comb == Comb::Braid) {
@@ -235,6 +259,7 @@ void HeadSource::Grow(size_t index, Guide *g) const {
         g->gather = 0.9f * g->length * static_cast<float>(drawn) / static_cast<float>(path.size() - 1);
         return;
     }
+    //> Let it fall, and lie on what is beneath
     Point3f p = start.p;
     float travelled = 0, budget = full;
     while (travelled < budget && path.size() < 4000) {
@@ -258,8 +283,10 @@ void HeadSource::Grow(size_t index, Guide *g) const {
         if (p.y < floorY + 1.2f * r.Signed(9))
             budget = std::min(budget, std::max(travelled, Lerp(params_.level, full, travelled)));
     }
+    //<
     FinishGuide(path, start.n, g);
     g->gather = 0.45f * g->length;
+    //> Choose how a lock curls
     g->turns = params_.curlRadius > 0 ? g->length / (params_.curlLength * (0.8f + 0.4f * r.Uniform(30))) : 0;
     if (waves_) {
         // Neighbouring locks swing together: the phase follows the place on the head.
@@ -267,7 +294,9 @@ void HeadSource::Grow(size_t index, Guide *g) const {
         g->phase = 3.5f * n.x + 0.5f * r.Signed(31);
         g->turns = g->length / (params_.curlLength * (0.95f + 0.1f * r.Uniform(30)));
     }
+    //<
 }
+//<
 
 } // namespace
 
@@ -276,3 +305,4 @@ std::unique_ptr<StrandSource> MakeHeadSource(const GroomParams &params) {
 }
 
 } // namespace cuticle
+//<

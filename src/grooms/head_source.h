@@ -1,3 +1,4 @@
+//> Declare hair on the head
 // A head of hair: guides grown from the scalp as its style combs them.
 #pragma once
 
@@ -9,3 +10,4 @@ namespace cuticle {
 std::unique_ptr<StrandSource> MakeHeadSource(const GroomParams &params);
 
 } // namespace cuticle
+//<

@@ -1,3 +1,4 @@
+//> Define strands in locks
 #include "grooms/lock_source.h"
 
 #include "core/parallel.h"
@@ -6,6 +7,7 @@
 
 namespace cuticle {
 
+//> Cover a square evenly
 Point2f R2(uint64_t index, float u0, float v0) {
     const double n = static_cast<double>(index) + 1;
     const double u = static_cast<double>(u0) + n * 0.7548776662466927,
@@ -13,7 +15,9 @@ Point2f R2(uint64_t index, float u0, float v0) {
     return {std::min(static_cast<float>(u - std::floor(u)), OneMinusEpsilon),
             std::min(static_cast<float>(v - std::floor(v)), OneMinusEpsilon)};
 }
+//<
 
+//> Make smooth noise in space
 Vector3f GroomNoise(const Point3f &p, uint64_t seed) {
     const float fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
     const auto ix = static_cast<int64_t>(fx), iy = static_cast<int64_t>(fy), iz = static_cast<int64_t>(fz);
@@ -30,7 +34,9 @@ Vector3f GroomNoise(const Point3f &p, uint64_t seed) {
     }
     return sum;
 }
+//<
 
+//> Turn a path into a guide
 void FinishGuide(const std::vector<Point3f> &path, const Normal3f &start, Guide *g) {
     std::vector<Point3f> p;
     std::vector<float> w;
@@ -41,6 +47,7 @@ void FinishGuide(const std::vector<Point3f> &path, const Normal3f &start, Guide 
         if (i > 0)
             g->length += (g->p[i] - g->p[i - 1]).Length();
     }
+    //> Carry a frame along without twist
     Vector3f u = start;
     for (int i = 0; i <= kGuideSteps; ++i) {
         const Vector3f t = g->p[std::min(i + 1, kGuideSteps)] - g->p[std::max(i - 1, 0)];
@@ -55,8 +62,11 @@ void FinishGuide(const std::vector<Point3f> &path, const Normal3f &start, Guide 
         g->u[i] = u;
         g->v[i] = Cross(tangent, u);
     }
+    //<
 }
+//<
 
+//> Wander smoothly along a hair
 Vector3f Wander(const HashStream &r, uint64_t first, float x) {
     const float whole = std::floor(x), t = SmoothStep(0, 1, x - whole);
     const uint64_t at = first + 3 * static_cast<uint64_t>(whole);
@@ -64,7 +74,9 @@ Vector3f Wander(const HashStream &r, uint64_t first, float x) {
         b{r.Signed(at + 3), r.Signed(at + 4), r.Signed(at + 5)};
     return a * (1 - t) + b * t;
 }
+//<
 
+//> Sort roots into cells
 RootGrid::RootGrid(const std::vector<Guide> &guides, float spacing) {
     Bounds3f bounds;
     for (const Guide &g : guides)
@@ -89,6 +101,7 @@ RootGrid::RootGrid(const std::vector<Guide> &guides, float spacing) {
     for (uint32_t i = 0; i < guides.size(); ++i)
         order_[next[cellOf(guides[i])]++] = i;
 }
+//<
 
 std::array<int, 3> RootGrid::CellOf(const Point3f &p) const {
     std::array<int, 3> at{};
@@ -98,6 +111,7 @@ std::array<int, 3> RootGrid::CellOf(const Point3f &p) const {
     return at;
 }
 
+//> Divide the locks into wisps
 void LockSource::MakeWisps() {
     const auto count = static_cast<size_t>(std::min(params_.wisps, params_.strands));
     lockSpacing_ = std::sqrt(area_ / static_cast<float>(guides_.size()));
@@ -107,12 +121,15 @@ void LockSource::MakeWisps() {
     ParallelFor(count, [&](size_t i) { GrowWisp(i, &wisps_[i]); });
     wispsByPlace_ = RootGrid(wisps_, wispSpacing_);
 }
+//<
 
+//> Grow a wisp between locks
 // A wisp's path runs between the locks around it, drawn toward a place in its own.
 void LockSource::GrowWisp(size_t index, Guide *wisp) const {
     const HashStream r(Seed(), kWispStream, index);
     const HashStream offset(Seed(), kWispStream, ~uint64_t(0));
     const Root root = RootAt(index, offset.Uniform(0), offset.Uniform(1));
+    //> Find the three nearest locks
     constexpr size_t kLocks = 3;
     const Guide *near[kLocks] = {}; // nearest first
     float distance[kLocks] = {Infinity, Infinity, Infinity};
@@ -135,6 +152,8 @@ void LockSource::GrowWisp(size_t index, Guide *wisp) const {
         if (reach > locksByPlace_.MaxReach())
             break;
     }
+    //<
+    //> Weigh the locks, and belong to one
     // The distance that chooses the lock is shaken a little, so that locks have ragged edges
     const float soft = Sqr(0.25f * lockSpacing_);
     float weight[kLocks], total = 0, best = Infinity;
@@ -151,6 +170,7 @@ void LockSource::GrowWisp(size_t index, Guide *wisp) const {
     }
     if (!(total > 0)) // where all are absurdly far, the nearest will do
         weight[0] = total = 1;
+    //<
 
     *wisp = *lock;
     wisp->root = root.p;
@@ -169,6 +189,7 @@ void LockSource::GrowWisp(size_t index, Guide *wisp) const {
     wisp->phase += 0.4f * r.Signed(6);
     wisp->amplitude *= 0.85f + 0.3f * r.Uniform(7);
     wisp->turns *= 1 + 0.02f * r.Signed(8);
+    //> Draw the wisp toward its place in the lock
     for (int i = 0; i <= kGuideSteps; ++i) {
         const float s = static_cast<float>(i) / kGuideSteps, fromRoot = s * wisp->length;
         Vector3f own;
@@ -181,8 +202,11 @@ void LockSource::GrowWisp(size_t index, Guide *wisp) const {
         const float draw = clump * SmoothStep(0, wisp->gather, fromRoot) * SmoothStep(0, 1.5f, fromRoot);
         wisp->p[i] = own * (1 - draw) + inLock * draw;
     }
+    //<
 }
+//<
 
+//> Find a strand's wisp
 const Guide &LockSource::WispOf(const Root &root, const HashStream &r) const {
     const Guide *nearest = nullptr;
     float best = Infinity;
@@ -203,7 +227,9 @@ const Guide &LockSource::WispOf(const Root &root, const HashStream &r) const {
     }
     return nearest != nullptr ? *nearest : wisps_.front();
 }
+//<
 
+//> Choose a strand's habits
 LockSource::Habits LockSource::HabitsOf(const Root &root, const Guide &wisp, const HashStream &r) const {
     const bool flyaway = r.Uniform(10) < params_.flyaways;
     float shorter = root.shorter * (1 - params_.lengthVariation * Sqr(r.Uniform(11)));
@@ -222,7 +248,9 @@ LockSource::Habits LockSource::HabitsOf(const Root &root, const Guide &wisp, con
     h.lift = flyaway ? 1.4f * Sqr(r.Uniform(19)) : 0;
     return h;
 }
+//<
 
+//> Place a point of a strand
 Point3f LockSource::PointAt(float along, const Guide &wisp, const Habits &habits, const HashStream &r) const {
     const float s = along * habits.stretch;
     const float fromRoot = s * wisp.length; // cm of the wisp behind this point
@@ -231,6 +259,7 @@ Point3f LockSource::PointAt(float along, const Guide &wisp, const Habits &habits
     Vector3f p = wisp.root + at.p + habits.rootOffset * (1 - draw) +
                  (at.u * habits.cosine + at.v * habits.sine) * (draw * (1 - 0.5f * along));
     const uint64_t kSlow = 1 << 20, kQuick = 1 << 21, kCurl = 1 << 22; // where their numbers begin
+    //> Curl it
     // Curls: a helix in the wisp's frame that opens from the root; waves stay nearly in one plane. Radius and
     // phase drift along it
     if (habits.amplitude > 0) {
@@ -244,20 +273,27 @@ Point3f LockSource::PointAt(float along, const Guide &wisp, const Habits &habits
         else
             p += (at.u * std::cos(angle) + at.v * (wisp.handedness * std::sin(angle))) * open;
     }
+    //<
+    //> Let it stray
     // Frizz: slow strays over several centimetres, quick ones over one
     if (habits.frizz > 0) {
         const float loose = habits.frizz * SmoothStep(0.3f, 5.f, fromRoot);
         p += Wander(r, kSlow, 0.22f * fromRoot) * (1.6f * loose) +
              Wander(r, kQuick, 0.9f * fromRoot) * (0.35f * loose);
     }
+    //<
     return p + at.u * (habits.lift * SmoothStep(0.3f, 6.f, fromRoot));
 }
+//<
 
+//> Vary the width
 float LockSource::WidthFactor(size_t index) const {
     const HashStream r(Seed(), kStrandStream, index);
     return 0.85f + 0.3f * r.Uniform(9);
 }
+//<
 
+//> Make a strand
 void LockSource::Strand(size_t index, Point3f *out) const {
     const HashStream r(Seed(), kStrandStream, index);
     const HashStream offset(Seed(), kOffsetStream, 0);
@@ -269,7 +305,9 @@ void LockSource::Strand(size_t index, Point3f *out) const {
     LiftOffSkin(habits.stretch * wisp.length, out);
     out[0] = root.p - root.n * (0.8f * kRootDepth);
 }
+//<
 
+//> Lift a strand off the skin
 void LockSource::LiftOffSkin(float length, Point3f *out) const {
     // A point moved alone would leave a kink: spread what was needed over the neighbours first.
     std::vector<Vector3f> lack(segments_ + 1);
@@ -305,5 +343,7 @@ void LockSource::LiftOffSkin(float length, Point3f *out) const {
             out[i + 1] = KeepOut(out[i + 1] + more, fromRootAt(i + 1));
         }
 }
+//<
 
 } // namespace cuticle
+//<

@@ -1,3 +1,4 @@
+//> Declare strands in locks
 // Strands in wisps, and wisps in locks: what the recipes of heads and of fur have in common.
 #pragma once
 
@@ -10,6 +11,7 @@
 
 namespace cuticle {
 
+//> Give each random thing a stream
 // Each thing that is random draws from a stream of its own.
 enum GroomStream : uint64_t {
     kGuideStream = 1,
@@ -21,6 +23,7 @@ enum GroomStream : uint64_t {
     kWispStream,
     kRootStream
 };
+//<
 
 // 0 up to v = a, 1 from v = b on, a smooth cubic in between.
 inline float SmoothStep(float a, float b, float v) {
@@ -43,6 +46,7 @@ inline Vector3f TangentTo(const Vector3f &n, const Vector3f &v) { return v - n *
 // first: where in the stream its numbers begin; x is no less than 0.
 Vector3f Wander(const HashStream &r, uint64_t first, float x);
 
+//> Declare a guide
 inline constexpr int kGuideSteps = 48;
 // A guide is the middle of a lock or of a wisp, with a frame that is carried along it without twist. u points
 // away from the skin at the root.
@@ -67,10 +71,12 @@ struct Guide {
         return {p[i] * t0 + p[i + 1] * t, u[i] * t0 + u[i + 1] * t, v[i] * t0 + v[i + 1] * t};
     }
 };
+//<
 
 // Turns a path into a guide: equal arc lengths, then frames by parallel transport from `start`.
 void FinishGuide(const std::vector<Point3f> &path, const Normal3f &start, Guide *g);
 
+//> Declare a grid of roots
 // Finds the nearest of many roots on one side of the parting: a grid of cells, each with its roots.
 class RootGrid {
   public:
@@ -98,7 +104,9 @@ class RootGrid {
     std::array<int, 3> size_{};
     std::vector<uint32_t> begin_, order_; // of each cell; guides by cell
 };
+//<
 
+//> Declare hair that is drawn into locks
 // A source of strands that are drawn into wisps, which are drawn into locks, curled and frizzed. A recipe
 // grows the guides, one a lock, calls MakeWisps, and says where strands have their roots and where the skin
 // is.
@@ -134,6 +142,7 @@ class LockSource : public StrandSource {
     std::vector<Guide> guides_;
 
   private:
+    //> Keep a strand's habits
     // How a strand departs from its wisp, constant along it.
     struct Habits {
         Vector3f rootOffset; // from the wisp's root
@@ -143,6 +152,7 @@ class LockSource : public StrandSource {
         float frizz, phase, amplitude, turns;
         float lift; // cm away from the head, of a flyaway
     };
+    //<
 
     void GrowWisp(size_t index, Guide *wisp) const;
     const Guide &WispOf(const Root &root, const HashStream &r) const;
@@ -156,5 +166,7 @@ class LockSource : public StrandSource {
     std::vector<Guide> wisps_;
     RootGrid locksByPlace_, wispsByPlace_;
 };
+//<
 
 } // namespace cuticle
+//<

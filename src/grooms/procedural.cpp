@@ -1,3 +1,4 @@
+//> Define sources of strands
 #include "grooms/procedural.h"
 
 #include "core/error.h"
@@ -19,6 +20,7 @@ Point3f UniformSphere(float u, float v) {
 
 // --- a fur ball
 
+//> Grow fur on a ball
 class FurBallSource final : public LockSource {
   public:
     explicit FurBallSource(const GroomParams &params) : LockSource(params) {
@@ -41,6 +43,7 @@ class FurBallSource final : public LockSource {
         const float d = p.Length(), keep = params_.radius + kHeadClearance * std::min(1.f, fromRoot);
         return d < keep ? p * (keep / std::max(d, 1e-6f)) : p;
     }
+    //> Grow a guide of fur
     void Grow(size_t index, Guide *g) const {
         const HashStream r(Seed(), kGuideStream, index);
         const Point2f uv = R2(index, r.Uniform(100) * 0.02f, r.Uniform(101) * 0.02f);
@@ -66,10 +69,13 @@ class FurBallSource final : public LockSource {
         g->turns = params_.curlRadius > 0 ? g->length / params_.curlLength : 0;
         g->gather = 0.45f * g->length;
     }
+    //<
 };
+//<
 
 // --- a hair cube
 
+//> Line up a cube of hairs
 // n x n straight parallel hairs along y, evenly spaced, filling a cube around the origin (Pharr 2016, figure
 // 1.20).
 class HairCubeSource final : public StrandSource {
@@ -95,9 +101,11 @@ class HairCubeSource final : public StrandSource {
     int segments_;
     size_t n_;
 };
+//<
 
 // --- a ball of random strands
 
+//> Let strands wander through a ball
 // Strands that wander through a ball: a random start, a direction that turns slowly, turned back at the
 // surface.
 class BallSource final : public StrandSource {
@@ -132,6 +140,7 @@ class BallSource final : public StrandSource {
     GroomParams params_;
     int segments_;
 };
+//<
 
 } // namespace
 
@@ -139,6 +148,7 @@ StrandSource::StrandSource(const GroomParams &params)
     : width_{params.width * params.widthScale, params.width * params.widthScale * params.tip},
       colors_(params) {}
 
+//> Colour a strand from root to tip
 void StrandSource::Colors(size_t index, Spectrum *colors) const {
     const HashStream r(static_cast<uint64_t>(colors_.seed), kColorStream, index);
     // Without pigment hair is not quite clear
@@ -159,7 +169,9 @@ void StrandSource::Colors(size_t index, Spectrum *colors) const {
         }
     }
 }
+//<
 
+//> Make any range of strands
 Groom StrandSource::Range(size_t begin, size_t end) const {
     end = std::min(end, StrandCount());
     begin = std::min(begin, end);
@@ -186,7 +198,9 @@ Groom StrandSource::Range(size_t begin, size_t end) const {
     });
     return groom;
 }
+//<
 
+//> Make the source that is asked for
 std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params) {
     // Through the table once more: a struct filled by hand gets the same checks as a scene file.
     GroomParams checked = MakeGroomParams(params.kind, params.kind == "head" ? params.style : std::string());
@@ -215,7 +229,9 @@ std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params) {
         return std::make_unique<HairCubeSource>(checked);
     return std::make_unique<BallSource>(checked);
 }
+//<
 
+//> Make all strands
 Groom MakeGroom(const GroomParams &params) {
     const std::unique_ptr<StrandSource> source = MakeStrandSource(params);
     CheckSegmentCount(source->StrandCount() * (source->PointsPerStrand() - 1));
@@ -224,5 +240,7 @@ Groom MakeGroom(const GroomParams &params) {
                     (sizeof(Point3f) + (source->HasColors() ? sizeof(Spectrum) : 0)));
     return source->Range(0, source->StrandCount());
 }
+//<
 
 } // namespace cuticle
+//<

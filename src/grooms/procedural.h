@@ -1,3 +1,4 @@
+//> Declare sources of strands
 // Procedural grooms: heads of hair, a fur ball, a hair cube, a ball of random strands.
 #pragma once
 
@@ -8,6 +9,7 @@
 
 namespace cuticle {
 
+//> Declare what makes strands
 // Makes strands on demand: every strand depends on the parameters and its number alone, so that any range, in
 // any order, on any number of threads gives the same bits; a writer can stream 10^7 of them through little
 // memory.
@@ -39,6 +41,7 @@ class StrandSource {
     std::array<float, 2> width_{};
     GroomParams colors_;
 };
+//<
 
 // Throws Error for parameters out of the table's ranges or a kind or style that does not exist.
 std::unique_ptr<StrandSource> MakeStrandSource(const GroomParams &params);
@@ -54,3 +57,4 @@ inline constexpr float kHeadClearance = 0.03f;
 inline constexpr float kRootDepth = 0.05f;
 
 } // namespace cuticle
+//<

@@ -1,7 +1,9 @@
+//> Define the scalp
 #include "grooms/scalp.h"
 
 #include "core/sampling.h"
 #include "grooms/head_shape.h"
+#include "grooms/lock_source.h"
 
 #include <algorithm>
 
@@ -13,13 +15,9 @@ namespace {
 constexpr Point3f kCranium{0, 2.6f, -0.8f};
 constexpr Point3f kCrown{1.f, 10.6f, -4.8f};
 
-float SmoothStep(float a, float b, float v) {
-    const float t = std::clamp((v - a) / (b - a), 0.f, 1.f);
-    return t * t * (3 - 2 * t);
-}
-
 } // namespace
 
+//> Draw the hairline
 float HairDensity(const Point3f &p) {
     // The hairline by azimuth from the face (degrees) and elevation seen from the cranium's middle: forehead,
     // temple, sideburn, above and behind the ear, nape.
@@ -39,7 +37,9 @@ float HairDensity(const Point3f &p) {
     const float waver = 0.9f * std::sin(0.23f * azimuth + side) + 0.7f * std::sin(0.61f * azimuth + 3 * side);
     return SmoothStep(-2.5f, 7.5f, elevation - edge + waver);
 }
+//<
 
+//> Find the skin along a direction
 Point3f Scalp::SurfaceAlong(float azimuth, float cosine) const {
     const float sine = std::sqrt(std::max(0.f, 1 - cosine * cosine));
     const Vector3f d{sine * std::sin(azimuth), cosine, sine * std::cos(azimuth)};
@@ -66,7 +66,9 @@ Point3f Scalp::SurfaceAlong(float azimuth, float cosine) const {
     }
     return kCranium + d * t;
 }
+//<
 
+//> Tabulate where hair grows
 Scalp::Scalp() {
     // Area times density of cells even in azimuth and in the cosine from straight up.
     std::vector<Point3f> corner((kAzimuth + 1) * (kHeight + 1));
@@ -82,6 +84,7 @@ Scalp::Scalp() {
         double row = 0;
         float *cdf = columnCdf_.data() + j * (kAzimuth + 1);
         for (size_t i = 0; i < kAzimuth; ++i) {
+            //> Weigh a cell by its area, its hair and the crown
             const auto at = [&](size_t y, size_t x) { return corner[y * (kAzimuth + 1) + x]; };
             const Point3f a = at(j, i), b = at(j, i + 1), c = at(j + 1, i), d = at(j + 1, i + 1);
             const float area = (Cross(b - a, c - a).Length() + Cross(b - d, c - d).Length()) / 2;
@@ -89,6 +92,7 @@ Scalp::Scalp() {
             // Hair lies away from the crown on all sides and would leave it bare: it grows closer there.
             const float crown = 1 + 1.5f * std::exp((middle - kCrown).LengthSquared() * -0.125f);
             row += static_cast<double>(area * HairDensity(middle) * crown);
+            //<
             cdf[i + 1] = static_cast<float>(row);
         }
         if (row > 0)
@@ -101,7 +105,9 @@ Scalp::Scalp() {
     for (float &v : rowCdf_)
         v /= area_;
 }
+//<
 
+//> Pick a place on the scalp
 ScalpPoint Scalp::Sample(float u, float v) const {
     const auto invert = [](const float *cdf, size_t n, float x) {
         const auto below = static_cast<size_t>(std::upper_bound(cdf, cdf + n + 1, x) - cdf);
@@ -118,5 +124,7 @@ ScalpPoint Scalp::Sample(float u, float v) const {
     s.density = HairDensity(s.p);
     return s;
 }
+//<
 
 } // namespace cuticle
+//<

@@ -1,3 +1,4 @@
+//> Declare the scalp
 // The scalp: where hair grows on the head of head_shape.h, and how densely.
 #pragma once
 
@@ -36,3 +37,4 @@ class Scalp {
 };
 
 } // namespace cuticle
+//<
