@@ -12,9 +12,13 @@ namespace {
 //> Make HairBSDF of a fiber
 class ChiangMaker final : public FiberMaker {
   public:
+    bool NeedsOffset() const override { return true; }
     void Make(const FiberInputs &at, FiberStorage *fiber) const override {
         fiber->Emplace<HairBSDF>(at.h, at.eta, Spectrum(at.sigmaA[0], at.sigmaA[1], at.sigmaA[2]), at.betaM,
                                  at.betaN, at.alpha, TiltOf(at));
+    }
+    void MakeBeside(const FiberBxDF &made, const FiberInputs &at, FiberStorage *fiber) const override {
+        fiber->Emplace<HairBSDF>(static_cast<const HairBSDF &>(made), at.h);
     }
     std::unique_ptr<FiberInDouble> MakeInDouble(const FiberInputs &at) const override {
         return InDouble(HairLobes<double>(
@@ -45,6 +49,7 @@ class ManyLobesMaker final : public FiberMaker {
         choices_.detector = AzimuthalDetector::Logistic;
         choices_.inclination = AttenuationInclination::Viewer;
     }
+    bool NeedsOffset() const override { return true; }
     void Make(const FiberInputs &at, FiberStorage *fiber) const override {
         if (tailShare_)
             fiber->Emplace<ChosenLobesBSDF>(ParametersAt(at), *tailShare_);

@@ -59,6 +59,7 @@ class DEonMaker final : public FiberMaker {
         else if (evaluation == 1)
             throw settings.ErrorAt("evaluation", why + "; take \"auto\" or \"quadrature\"");
     }
+    bool NeedsOffset() const override { return near_; }
     void Make(const FiberInputs &at, FiberStorage *fiber) const override {
         if (table_)
             fiber->Emplace<TabulatedDEonBSDF>(ParametersAt(at), table_.get());

@@ -41,6 +41,11 @@ HairBSDF::HairBSDF(Float h, Float eta, const Spectrum &sigma_a, Float beta_m, Fl
       kernels_(&CurrentHairKernels()) {
     kernels_->setUp(parameters_, setup_);
 }
+HairBSDF::HairBSDF(const HairBSDF &fiber, Float h)
+    : parameters_(fiber.parameters_), setup_(fiber.setup_), kernels_(fiber.kernels_) {
+    parameters_.h = setup_.h = Clamped("h", h, -1, 1);
+    setup_.cosGammaO = std::sqrt((1 - setup_.h) * (1 + setup_.h));
+}
 //<
 
 //> Forward evaluation and sampling to the kernels

@@ -33,6 +33,9 @@ class HairBSDF final : public FiberBxDF {
     HairBSDF(Float h, Float eta, const Spectrum &sigma_a, Float beta_m, Float beta_n, Float alpha,
              ScaleTilt tilt = ScaleTilt::RootToTip);
 
+    // The same fiber met at another offset: next to nothing has to be computed anew.
+    HairBSDF(const HairBSDF &fiber, Float h);
+
     //> Evaluate, sample and weigh
     // Value and density together cost about half of the two.
     Spectrum FPdf(const Vector3f &wo, const Vector3f &wi, Float *pdf) const override;

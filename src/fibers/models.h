@@ -76,8 +76,13 @@ class FiberSettings {
 class FiberMaker {
   public:
     virtual ~FiberMaker() = default;
-    virtual bool NeedsAxis() const { return false; } // reads FiberInputs::axis
+    virtual bool NeedsAxis() const { return false; }   // reads FiberInputs::axis
+    virtual bool NeedsOffset() const { return false; } // reads FiberInputs::h
     virtual void Make(const FiberInputs &at, FiberStorage *fiber) const = 0;
+    // Makes the fiber that `made` is at another offset, at.h; all else of `at` is as it was.
+    virtual void MakeBeside(const FiberBxDF & /*made*/, const FiberInputs &at, FiberStorage *fiber) const {
+        Make(at, fiber);
+    }
     // The same formulas in double.
     virtual std::unique_ptr<FiberInDouble> MakeInDouble(const FiberInputs &at) const = 0;
 };

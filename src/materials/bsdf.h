@@ -5,6 +5,7 @@
 #include "fibers/bxdf.h"
 #include "materials/surface_lobes.h"
 
+#include <span>
 #include <string_view>
 #include <variant>
 
@@ -16,6 +17,13 @@ struct FiberOrigin {
     std::string_view model;
 };
 
+// These are fibers of one hit, met at other offsets across its width. The mean over the width is what a ray
+// sees that is wider than the fiber.
+struct FiberStrata {
+    static constexpr size_t kMost = 7;
+    std::array<FiberStorage, kMost> others;
+};
+
 class BSDF {
   public:
     // x, y, z: shading frame; n: geometric normal on the same side as the shading one.
@@ -23,6 +31,14 @@ class BSDF {
     const Frame &ShadingFrame() const { return frame_; }
     // For the model of a fiber, which the caller emplaces.
     FiberStorage &SetFiber() { return model_.template emplace<FiberStorage>(); }
+    // Asks whoever makes a fiber for the mean over this many offsets (1 to FiberStrata::kMost + 1), spread
+    // evenly from that of the hit. *strata holds all but the first and must outlive the BSDF.
+    void AskForMean(FiberStrata *strata, size_t offsets) { strata_ = strata, asked_ = offsets; }
+    // For a material whose model depends on the offset, after SetFiber: the others, to be emplaced.
+    std::span<FiberStorage> SetOtherFibers() {
+        others_ = strata_ ? std::span(strata_->others).first(asked_ - 1) : std::span<FiberStorage>();
+        return others_;
+    }
     // origin must outlive the BSDF; null: not known.
     void SetFiberOrigin(const FiberOrigin *origin) { origin_ = origin; }
     SurfaceLobes &SetSurface() { return model_.template emplace<SurfaceLobes>(); }
@@ -48,6 +64,10 @@ class BSDF {
                   Spectrum *weight) const;
 
   private:
+    // f and its density of the fiber, in the local frame: the mean over all offsets.
+    Spectrum FiberFPdf(const FiberBxDF &fiber, const Vector3f &wo, const Vector3f &wi, float *pdf) const;
+    Spectrum SampleFiber(const FiberBxDF &fiber, const Vector3f &wo, const std::array<float, 4> &u,
+                         Vector3f *wi, float *pdf) const;
     void Check(const Spectrum &f, float pdf) const {
         if (!std::isfinite(f[0] + f[1] + f[2] + pdf))
             TellNotFinite(f, pdf);
@@ -58,6 +78,9 @@ class BSDF {
     Normal3f n_;
     Spectrum scale_{1};
     const FiberOrigin *origin_ = nullptr;
+    FiberStrata *strata_ = nullptr;
+    size_t asked_ = 1;
+    std::span<FiberStorage> others_;
     std::variant<std::monostate, SurfaceLobes, FiberStorage> model_;
 };
 

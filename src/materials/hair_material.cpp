@@ -157,8 +157,21 @@ Spectrum HairColor::SigmaA(const TexturePoint &point, Float betaN) const {
 
 //> Make the BSDF of the fiber at a point
 void HairMaterial::MakeBSDF(const SurfaceInteraction &si, BSDF *bsdf) const {
-    maker_->Make(InputsAt(si), &bsdf->SetFiber());
+    FiberInputs at = InputsAt(si);
+    maker_->Make(at, &bsdf->SetFiber());
     bsdf->SetFiberOrigin(&origin_);
+    //> Make the same fiber at other offsets, where the mean is asked for
+    // pbrt-v3 knows no such mean.
+    if (!maker_->NeedsOffset() || compatPbrtV3_)
+        return;
+    const std::span<FiberStorage> others = bsdf->SetOtherFibers();
+    const float step = 2 / static_cast<float>(others.size() + 1);
+    for (FiberStorage &other : others) {
+        at.h += at.h + step > 1 ? step - 2 : step;
+        at.h = std::clamp(at.h, -1.f, 1.f);
+        maker_->MakeBeside(*bsdf->Fiber(), at, &other);
+    }
+    //<
 }
 FiberInputs HairMaterial::InputsAt(const SurfaceInteraction &si) const {
     const TexturePoint point = TexturePointOf(si);

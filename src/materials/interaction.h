@@ -40,6 +40,7 @@ struct SurfaceInteraction {
     int light = -1;                     // index of the emitter's light in the scene; -1: none
     bool isCurve = false;
     bool flipped = false; // curves: ReverseOrientation or a mirroring transformation, not both, holds there
+    float width = 0;      // curves: full width as the ray sees it, world space
     CurveOrigin curveOrigin; // curves: tells a ray that leaves p what it starts on
     const StrandColors *strandColors =
         nullptr;                         // curves: of a strand that has colours of its own, else nullptr

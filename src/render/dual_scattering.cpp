@@ -62,7 +62,7 @@ float GaussianOf(float angle, float variance) {
 } // namespace
 
 //> Tabulate the hair of a scene
-void DualScatteringIntegrator::Prepare(const Scene &scene) {
+void DualScatteringIntegrator::Prepare(const Scene &scene, const Camera &) {
     const HairPlaces places = FindHair(scene);
     for (const auto &[material, list] : places)
         if (material)

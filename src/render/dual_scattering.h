@@ -33,7 +33,7 @@ class DualScatteringIntegrator : public DirectLightIntegrator {
     explicit DualScatteringIntegrator(const Settings &settings)
         : DirectLightIntegrator(settings.maxDepth), settings_(settings) {}
     // Tabulates what each material of hair scatters, and makes the grid.
-    void Prepare(const Scene &scene) override;
+    void Prepare(const Scene &scene, const Camera &camera) override;
     std::string Learned() const override;
 
     // Light on its way through hair: the share that meets none; the share that arrives

@@ -28,7 +28,7 @@ class HairLightIntegrator : public DirectLightIntegrator {
     explicit HairLightIntegrator(const Settings &settings)
         : DirectLightIntegrator(settings.maxDepth), settings_(settings) {}
     // Makes the shell and the maps.
-    void Prepare(const Scene &scene) override;
+    void Prepare(const Scene &scene, const Camera &camera) override;
     std::string Learned() const override;
 
     // Says what the shell's normal makes of light from wi at p (in the world), 0 to 1; 1 without a shell.

@@ -25,35 +25,6 @@ static PathIntegrator::LightStrategy ReadStrategy(const ParamSet &params) {
 }
 //<
 
-//> Read the path integrator's settings from the scene
-static PathIntegrator::Settings PathSettings(const ParamSet &params, bool directOnly) {
-    PathIntegrator::Settings s;
-    s.maxDepth = params.FindInt("maxdepth", 5);
-    if (s.maxDepth < 0)
-        throw Error(params.loc, "\"maxdepth\" must be 0 or more, not {}", s.maxDepth);
-    s.directOnly = directOnly;
-    s.separateLightRay = params.FindBool("separatelightray", false); // ours
-    if (directOnly)
-        s.lights = ReadStrategy(params);
-    else
-        s.rrThreshold = params.FindFloat("rrthreshold", 1);
-    (void)params.FindString("lightsamplestrategy", "power"); // a matter of noise, not of the picture
-    return s;
-}
-//<
-
-//> Make path integrators of each kind
-using IntegratorMaker = std::unique_ptr<Integrator> (*)(const ParamSet &params);
-
-static std::unique_ptr<Integrator> MakePath(const ParamSet &params) {
-    return std::make_unique<PathIntegrator>(PathSettings(params, false));
-}
-// pbrt-v3's "whitted" adds up direct light and follows mirrors and glass: the picture of "directlighting".
-static std::unique_ptr<Integrator> MakeDirect(const ParamSet &params) {
-    return std::make_unique<PathIntegrator>(PathSettings(params, true));
-}
-//<
-
 //> Read parameters that have bounds
 // Errors at the parameter, and say what would be right.
 struct IntegratorParams {
@@ -84,6 +55,39 @@ struct IntegratorParams {
         return v;
     }
 };
+//<
+
+//> Read the path integrator's settings from the scene
+static constexpr std::string_view kHairFields[] = {"auto", "near"};
+
+static PathIntegrator::Settings PathSettings(const ParamSet &params, bool directOnly) {
+    PathIntegrator::Settings s;
+    s.maxDepth = params.FindInt("maxdepth", 5);
+    if (s.maxDepth < 0)
+        throw Error(params.loc, "\"maxdepth\" must be 0 or more, not {}", s.maxDepth);
+    s.directOnly = directOnly;
+    s.separateLightRay = params.FindBool("separatelightray", false); // ours
+    s.field =
+        static_cast<PathIntegrator::HairField>(IntegratorParams{params}.Choice("hairfield", kHairFields));
+    if (directOnly)
+        s.lights = ReadStrategy(params);
+    else
+        s.rrThreshold = params.FindFloat("rrthreshold", 1);
+    (void)params.FindString("lightsamplestrategy", "power"); // a matter of noise, not of the picture
+    return s;
+}
+//<
+
+//> Make path integrators of each kind
+using IntegratorMaker = std::unique_ptr<Integrator> (*)(const ParamSet &params);
+
+static std::unique_ptr<Integrator> MakePath(const ParamSet &params) {
+    return std::make_unique<PathIntegrator>(PathSettings(params, false));
+}
+// pbrt-v3's "whitted" adds up direct light and follows mirrors and glass: the picture of "directlighting".
+static std::unique_ptr<Integrator> MakeDirect(const ParamSet &params) {
+    return std::make_unique<PathIntegrator>(PathSettings(params, true));
+}
 //<
 
 //> Read how hair is lit
@@ -130,11 +134,20 @@ static constexpr ParamInfo kLightSampling{"lightsamplestrategy", "string", "", "
                                           "read; without effect"};
 static constexpr ParamInfo kSeparateRay{"separatelightray", "bool", "", "false",
                                         "ours: look for lights by a ray of its own, as pbrt-v3 does"};
+static constexpr ParamInfo kHairField{
+    .name = "hairfield",
+    .type = "string",
+    .unit = "",
+    .defaultValue = "auto",
+    .meaning = "ours: a fiber that is narrower than a pixel, or met after the camera's hit, scatters light "
+               "as the mean over its width (auto); or as at the place where it is met (near, as in pbrt-v3)",
+    .choices = kHairFields};
 static constexpr ParamInfo kPathParams[] = {
     kMaxDepth,
     {"rrthreshold", "float", "", "1", "paths whose throughput falls below it may end by roulette"},
     kLightSampling,
-    kSeparateRay};
+    kSeparateRay,
+    kHairField};
 static constexpr ParamInfo kDirectParams[] = {kMaxDepth,
                                               {.name = "strategy",
                                                .type = "string",
@@ -143,7 +156,8 @@ static constexpr ParamInfo kDirectParams[] = {kMaxDepth,
                                                .meaning = "which lights are sampled at each hit",
                                                .choices = kStrategies},
                                               kLightSampling,
-                                              kSeparateRay};
+                                              kSeparateRay,
+                                              kHairField};
 //<
 
 //> List the parameters of light on hair

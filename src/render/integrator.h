@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/sampler.h"
+#include "scene/camera.h"
 #include "scene/scene.h"
 
 #include <functional>
@@ -43,7 +44,7 @@ class Integrator {
         return parts->direct = Li(cameraRay, scene, sampler, counts);
     }
     // Makes what the picture needs of the scene. Once, before all else, however small the render.
-    virtual void Prepare(const Scene & /*scene*/) {}
+    virtual void Prepare(const Scene & /*scene*/, const Camera & /*camera*/) {}
     // Learns from a pilot how to spend the samples best; the expected picture stays. Once, before any Li.
     virtual void Learn(const Pilot & /*pilot*/, const Scene & /*scene*/) {}
     // Says what was learned, in words for the statistics; empty where nothing was.

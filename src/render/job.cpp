@@ -327,7 +327,7 @@ JobResult RenderJob::Run() && {
     OnThreads(options_.threads, [&] {
         threads = MaxThreads();
         if (madeIntegrator_)
-            madeIntegrator_->Prepare(scene_);
+            madeIntegrator_->Prepare(scene_, camera_);
         Learn();
         // Passes over the whole picture that grow in length, so that an interrupt leaves an even picture
         // early. How the samples are cut into passes has no influence on the film.

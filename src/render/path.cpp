@@ -44,6 +44,10 @@ Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSa
     // Radiance is squeezed on entering glass; roulette should not take that for a loss.
     float etaScale = 1;
     int passedThrough = 0;
+    // What is seen of hair by a pixel, or by light that rough surfaces have scattered, is wider than a fiber.
+    FiberStrata strata;
+    float distance = 0;
+    bool wide = false;
     //<
     for (int bounces = 0;; ++bounces) {
         //> Find the next surface on the path
@@ -79,6 +83,8 @@ Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSa
         //> Compute the BSDF and sample a light
         BSDF bsdf;
         bsdf.SetFrame(si.shading, si.n);
+        distance += si.t;
+        bsdf.AskForMean(&strata, OffsetsAt(si, distance, wide));
         si.material->MakeBSDF(si, &bsdf);
         if (bsdf.HasNonSpecular()) {
             recorder.Scattered();
@@ -105,6 +111,7 @@ Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSa
         previous = ReceiverAt(si, bsdf);
         bsdfPdf = sample.pdf;
         specularBounce = sample.specular;
+        wide = wide || !specularBounce;
         //<
         //> Perhaps end the path by Russian roulette
         // A path of little throughput lives on with probability 1 - q, and counts for more if it does. The
@@ -121,6 +128,20 @@ Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSa
     }
     return L;
 }
+
+//> Average over a fiber's width where more than its width is seen
+void PathIntegrator::Prepare(const Scene &, const Camera &camera) { camera_ = camera; }
+
+// How many offsets across a fiber to average over at a hit, `distance` along the path from the camera.
+size_t PathIntegrator::OffsetsAt(const SurfaceInteraction &si, float distance, bool wide) const {
+    constexpr size_t seen = 8, later = 4;
+    if (!si.isCurve || settings_.field == HairField::Near)
+        return 1;
+    if (wide)
+        return later;
+    return camera_ && camera_->PixelWidthAt(distance) >= si.width ? seen : 1;
+}
+//<
 
 //> Trace a path that nobody records
 namespace {

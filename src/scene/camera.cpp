@@ -231,6 +231,13 @@ float Camera::PixelAngle() const {
     return static_cast<float>(std::max(std::abs(dx_), std::abs(dy_)));
 }
 
+float Camera::PixelWidthAt(float distance) const {
+    if (parameters_.projection != Projection::Orthographic)
+        return PixelAngle() * distance;
+    const auto step = [&](float x, float y) { return cameraToWorld_.Vector({x, y, 0}).Length(); };
+    return std::max(step(static_cast<float>(std::abs(dx_)), 0), step(0, static_cast<float>(std::abs(dy_))));
+}
+
 const PluginTable &CameraPlugins() {
     static const PluginTable table{PluginKind::Camera,
                                    {std::begin(kCameras), std::end(kCameras)},

@@ -42,6 +42,8 @@ class Camera {
     Point2f WorldToRaster(const Point3f &p) const;
     // The angle that a pixel at the centre of the screen subtends, in radians; 0 where rays are parallel.
     float PixelAngle() const;
+    // The width of a pixel in world space at a distance (>= 0) from the camera, at the centre of the screen.
+    float PixelWidthAt(float distance) const;
     const CameraParameters &Parameters() const { return parameters_; }
 
   private:

@@ -48,6 +48,7 @@ void ToWorld(const Transform &toWorld, SurfaceInteraction *si) {
         si->shading = ShadingFrame(si->dpdu, Normalize(toWorld.Normal(si->shading.z)));
         return;
     }
+    si->width *= toWorld.Vector(si->shading.y).Length();
     const Vector3f tangent = Normalize(toWorld.Vector(si->shading.x));
     const auto across = [&](const Vector3f &v) { return Normalize(v - tangent * Dot(v, tangent)); };
     si->n = across(si->n);
@@ -88,6 +89,7 @@ void Scene::Describe(const ShapeGroup &shapes, const Ray &ray, const ShapeGroupH
                                                    : shapes.curves.Surface(ray, curve);
         const CurveSegment segment = shapes.Segment(curve.segment);
         si->p = s.p;
+        si->width = s.seen;
         // pbrt-v3's bound, in the coordinates that the curve is stored in: twice the width that the ray sees.
         const float error = pbrtV3Offset_ ? 2 * s.seen : s.pError;
         si->pError = {error, error, error};

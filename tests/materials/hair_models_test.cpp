@@ -58,6 +58,50 @@ TEST(HairModels, NamesAndErrors) {
 
 TEST(HairModels, TheDefaultIsChiang) { EXPECT_EQ(Value(""), Value("\"string model\" \"chiang\"")); }
 
+// A ray that is wider than the fiber sees the mean of value and density over offsets that are spread
+// evenly; directions are drawn with that density. A model that knows no offset stays as it is.
+TEST(HairModels, AMeanOverTheWidthIsTheMeanOfItsFibers) {
+    const Vector3f wo(0.1f, 0.6f, std::sqrt(1 - 0.37f)), wi(-0.2f, -0.5f, std::sqrt(1 - 0.29f));
+    constexpr size_t kOffsets = 4;
+    for (const char *parameters :
+         {"\"rgb sigma_a\" [.2 .4 .8]", "\"string model\" \"deon\" \"string field\" \"near\""}) {
+        const auto hair = HairOf(parameters);
+        FiberStrata strata;
+        BSDF mean;
+        mean.SetFrame({}, {0, 0, 1});
+        mean.AskForMean(&strata, kOffsets);
+        hair->MakeBSDF(OnFiber(0.3f), &mean);
+        Spectrum f(0);
+        float pdf = 0, density = 0;
+        for (const float v : {0.3f, 0.55f, 0.8f, 0.05f}) {
+            BSDF one;
+            one.SetFrame({}, {0, 0, 1});
+            hair->MakeBSDF(OnFiber(v), &one);
+            f += one.FCos(wo, wi, &density) * 0.25f;
+            pdf += density / 4;
+        }
+        const Spectrum got = mean.FCos(wo, wi, &density);
+        for (size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(got[c], f[c], 1e-5f * f[c]) << parameters;
+        EXPECT_NEAR(density, pdf, 1e-5f * pdf) << parameters;
+        for (const float u : {0.01f, 0.2f, 0.3f, 0.6f, 0.999f}) { // of each of the four
+            BSDFSample sample;
+            Spectrum weight;
+            ASSERT_TRUE(mean.Sample_f(wo, {u, 0.4f, 0.7f, 0.2f}, &sample, &weight));
+            const Spectrum there = mean.FCos(wo, sample.wi, &density);
+            EXPECT_NEAR(sample.pdf, density, 1e-3f * density) << parameters << u;
+            EXPECT_NEAR(weight[1], there[1] / density, 1e-3f * weight[1]) << parameters << u;
+        }
+    }
+    for (const char *parameters : {"\"string model\" \"marschner\"", "\"string model\" \"deon\""}) {
+        FiberStrata strata;
+        BSDF mean;
+        mean.AskForMean(&strata, kOffsets);
+        HairOf(parameters)->MakeBSDF(OnFiber(0.3f), &mean);
+        EXPECT_EQ(strata.others[0].Get(), nullptr) << parameters;
+    }
+}
+
 // README's table is that of the rows.
 TEST(HairModels, StandInTheReadme) {
     std::ifstream file(std::string(CUTICLE_SOURCE_DIR) + "/README.md");

@@ -125,7 +125,7 @@ TEST(HairLight, TheShellsFactorIsTheCosineAboutIt) {
         settings.shellNormals = true, settings.wrap = wrap, settings.shellCell = 0.12f;
         HairLightIntegrator integrator(settings);
         EXPECT_EQ(integrator.ShellFactor({0, 1, 0}, wi), 1) << "before the shell is made";
-        integrator.Prepare(scene);
+        integrator.Prepare(scene, MakeCamera(description.camera, {8, 8}));
         double mean = 0;
         for (int i = 0; i < 200; ++i) {
             const float z = (static_cast<float>(i) + 0.5f) / 100 - 1, phi = 2.4f * static_cast<float>(i);

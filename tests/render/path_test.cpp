@@ -112,6 +112,34 @@ TEST(Furnace, WhiteHairVanishesUnderLightSampling) {
     }
 }
 
+// Hairs that stand apart, each far narrower than a pixel: a pixel sees the mean over their widths,
+// which "auto" computes and "near" finds by chance. The expected picture is the same, the noise is less.
+TEST(PathIntegrator, HairNarrowerThanAPixelIsAveragedOverItsWidth) {
+    const auto picture = [](const std::string &field, const std::string &width) {
+        RenderOptions options;
+        options.variance = true;
+        return MeanOf(RenderText(FilmText(8, 8) +
+                                     R"(LookAt 0 0 4 0 0 0 0 1 0 Camera "perspective" "float fov" 35
+Sampler "random" "integer pixelsamples" 4096
+Integrator "path" "integer maxdepth" 1 "string hairfield" ")" +
+                                     field + R"("
+WorldBegin LightSource "point" "point from" [3 2 1] "rgb I" [20 20 20] Material "hair" "float beta_m" .2
+Shape "curve" "point P" [-1 -1 0 -.4 -.3 0 .3 .4 0 1 1 0] "float width" )" +
+                                     width + " WorldEnd",
+                                 options)
+                          .image);
+    };
+    const Mean near = picture("near", ".1"), mean = picture("auto", ".1"), wideNear = picture("near", ".8"),
+               wide = picture("auto", ".8");
+    std::printf("[ variance of what is met at one place over that of the mean: %.1f ]\n",
+                Sqr(near.standardError[1] / mean.standardError[1]));
+    for (size_t c = 0; c < 3; ++c) {
+        EXPECT_NEAR(mean.value[c] / near.value[c], 1, 5 * near.standardError[c] / near.value[c]);
+        EXPECT_LT(Sqr(mean.standardError[c] / near.standardError[c]), 0.6);
+        EXPECT_EQ(wide.value[c], wideNear.value[c]) << "a hair wider than a pixel is seen as it is";
+    }
+}
+
 // Inside a closed body that sends out 1 and reflects Kd = 1/2, n bounces add up to 2 - 2^-n from every place:
 // 1.5 with one, 2 with fifty. Every shape that may emit takes part; a wide angle looks at edges, too, and
 // each body also stands where single precision leaves four digits of its points. Significance: 5 standard
