@@ -110,8 +110,11 @@ constexpr std::array kFigures = std::to_array<Figure>({
     {"deon-10", Render,
      "Above, pure eumelanin; below, pure pheomelanin; between, both; concentration grows to the right.",
      nullptr, "deon-10", MeasureDeon10},
-    {"deon-11", Render, "Light hair by dual scattering: Gaussian against energy-conserving M.", nullptr},
-    {"deon-12", Render, "Several natural colours, glints without controls.", nullptr},
+    {"deon-11", Render,
+     "Light hair by dual scattering, a lamp at its left: Gaussian against energy-conserving M, and paths.",
+     nullptr, "deon-11-a deon-11-b deon-11-c", MeasureDeon11},
+    {"deon-12", Render, "Natural colours by dual scattering, with glints that nothing controls.", nullptr,
+     "deon-12", MeasureDeon12},
     {"deon-13", Photo, "Feathers, which the paper leaves to future work.", nullptr},
 
     // Pharr 2016

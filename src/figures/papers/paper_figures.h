@@ -60,6 +60,8 @@ FigureData MeasureMarschner13(const FigureOptions &options, std::span<const Figu
 FigureData MeasureMarschner14(const FigureOptions &options, std::span<const FigurePicture> pictures);
 FigureData MeasureMarschner15(const FigureOptions &options, std::span<const FigurePicture> pictures);
 FigureData MeasureDeon10(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasureDeon11(const FigureOptions &options, std::span<const FigurePicture> pictures);
+FigureData MeasureDeon12(const FigureOptions &options, std::span<const FigurePicture> pictures);
 FigureData MeasurePharr1_1(const FigureOptions &options, std::span<const FigurePicture> pictures);
 FigureData MeasurePharr1_2(const FigureOptions &options, std::span<const FigurePicture> pictures);
 FigureData MeasurePharr1_8(const FigureOptions &options, std::span<const FigurePicture> pictures);
