@@ -9,6 +9,8 @@ Spectrum DirectLightIntegrator::Li(const Ray &cameraRay, const Scene &scene, Pix
     Spectrum L, beta(1);
     SceneRay ray{cameraRay, {}, false};
     int passedThrough = 0;
+    FiberStrata strata;
+    float distance = 0;
     for (int bounces = 0;; ++bounces) {
         SurfaceInteraction si;
         ++counts.rays;
@@ -30,6 +32,8 @@ Spectrum DirectLightIntegrator::Li(const Ray &cameraRay, const Scene &scene, Pix
         }
         BSDF bsdf;
         bsdf.SetFrame(si.shading, si.n);
+        distance += si.t;
+        bsdf.AskForMean(&strata, width_.Offsets(si, distance, false, HairField::Auto));
         si.material->MakeBSDF(si, &bsdf);
         if (bsdf.HasNonSpecular())
             L += beta * DirectLight(si, bsdf, scene, sampler, counts);

@@ -62,7 +62,8 @@ float GaussianOf(float angle, float variance) {
 } // namespace
 
 //> Tabulate the hair of a scene
-void DualScatteringIntegrator::Prepare(const Scene &scene, const Camera &) {
+void DualScatteringIntegrator::Prepare(const Scene &scene, const Camera &camera) {
+    Integrator::Prepare(scene, camera);
     const HairPlaces places = FindHair(scene);
     for (const auto &[material, list] : places)
         if (material)

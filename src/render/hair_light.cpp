@@ -122,7 +122,8 @@ Spectrum HairLightIntegrator::DirectLight(const SurfaceInteraction &si, const BS
 //<
 
 //> Make the shell and the maps before the first sample
-void HairLightIntegrator::Prepare(const Scene &scene, const Camera &) {
+void HairLightIntegrator::Prepare(const Scene &scene, const Camera &camera) {
+    Integrator::Prepare(scene, camera);
     if (settings_.shellNormals)
         shell_ = ShellOf(scene, settings_.shellCell);
     if (settings_.shadow != Shadow::DeepMap)

@@ -67,8 +67,7 @@ static PathIntegrator::Settings PathSettings(const ParamSet &params, bool direct
         throw Error(params.loc, "\"maxdepth\" must be 0 or more, not {}", s.maxDepth);
     s.directOnly = directOnly;
     s.separateLightRay = params.FindBool("separatelightray", false); // ours
-    s.field =
-        static_cast<PathIntegrator::HairField>(IntegratorParams{params}.Choice("hairfield", kHairFields));
+    s.field = static_cast<HairField>(IntegratorParams{params}.Choice("hairfield", kHairFields));
     if (directOnly)
         s.lights = ReadStrategy(params);
     else

@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace cuticle {
@@ -26,6 +27,28 @@ struct Pilot {
     std::function<Ray(Point2i cell, int sample, PixelSampler *sampler)> ray;
 };
 
+//> Average over a fiber's width where more than its width is seen
+// Tells over how many offsets across a fiber to average at a hit. A fiber is met at one place across its
+// width, always (near); or at all of them, where a pixel or what arrives is wider than the fiber (auto).
+enum class HairField { Auto, Near };
+class WidthSeen {
+  public:
+    void Look(const Camera &camera) { camera_ = camera; } // until then, what the camera meets is near
+    // distance: along the path from the camera. scattered: rough surfaces have scattered the light before.
+    size_t Offsets(const SurfaceInteraction &si, float distance, bool scattered, HairField field) const {
+        constexpr size_t seen = 8, later = 4;
+        if (!si.isCurve || field == HairField::Near)
+            return 1;
+        if (scattered)
+            return later;
+        return camera_ && camera_->PixelWidthAt(distance) >= si.width ? seen : 1;
+    }
+
+  private:
+    std::optional<Camera> camera_;
+};
+//<
+
 // Divides a sample's light for whoever treats its parts apart (render/denoise.h).
 struct LightParts {
     Spectrum direct; // that rough surfaces scattered once at most; mirrors and glass do not count
@@ -44,11 +67,14 @@ class Integrator {
         return parts->direct = Li(cameraRay, scene, sampler, counts);
     }
     // Makes what the picture needs of the scene. Once, before all else, however small the render.
-    virtual void Prepare(const Scene & /*scene*/, const Camera & /*camera*/) {}
+    virtual void Prepare(const Scene & /*scene*/, const Camera &camera) { width_.Look(camera); }
     // Learns from a pilot how to spend the samples best; the expected picture stays. Once, before any Li.
     virtual void Learn(const Pilot & /*pilot*/, const Scene & /*scene*/) {}
     // Says what was learned, in words for the statistics; empty where nothing was.
     virtual std::string Learned() const { return {}; }
+
+  protected:
+    WidthSeen width_;
 };
 
 // Makes the integrator of a scene; `type` overrides the scene's own name. Those of pbrt-v3 that are not

@@ -84,7 +84,7 @@ Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSa
         BSDF bsdf;
         bsdf.SetFrame(si.shading, si.n);
         distance += si.t;
-        bsdf.AskForMean(&strata, OffsetsAt(si, distance, wide));
+        bsdf.AskForMean(&strata, width_.Offsets(si, distance, wide, settings_.field));
         si.material->MakeBSDF(si, &bsdf);
         if (bsdf.HasNonSpecular()) {
             recorder.Scattered();
@@ -128,20 +128,6 @@ Spectrum PathIntegrator::Trace(const Ray &cameraRay, const Scene &scene, PixelSa
     }
     return L;
 }
-
-//> Average over a fiber's width where more than its width is seen
-void PathIntegrator::Prepare(const Scene &, const Camera &camera) { camera_ = camera; }
-
-// How many offsets across a fiber to average over at a hit, `distance` along the path from the camera.
-size_t PathIntegrator::OffsetsAt(const SurfaceInteraction &si, float distance, bool wide) const {
-    constexpr size_t seen = 8, later = 4;
-    if (!si.isCurve || settings_.field == HairField::Near)
-        return 1;
-    if (wide)
-        return later;
-    return camera_ && camera_->PixelWidthAt(distance) >= si.width ? seen : 1;
-}
-//<
 
 //> Trace a path that nobody records
 namespace {

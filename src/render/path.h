@@ -16,9 +16,6 @@ class PathIntegrator : public Integrator {
   public:
     // At each hit, one light is chosen at random, or all of them are sampled, each as often as it says.
     enum class LightStrategy { One, All };
-    // A fiber is met at one place across its width, always (near); or at all of them, where a pixel or what
-    // arrives is wider than the fiber (auto).
-    enum class HairField { Auto, Near };
     struct Settings {
         int maxDepth = 5;        // scattering events after the camera ray; 0: only lights seen directly
         float rrThreshold = 1;   // paths whose throughput falls below it may end by roulette
@@ -32,7 +29,6 @@ class PathIntegrator : public Integrator {
                 RayCounts &counts) const override;
     Spectrum LiInParts(const Ray &cameraRay, const Scene &scene, PixelSampler &sampler, RayCounts &counts,
                        LightParts *parts) const override;
-    void Prepare(const Scene &scene, const Camera &camera) override;
     // Learns how often to sample which kind of light.
     void Learn(const Pilot &pilot, const Scene &scene) override;
     std::string Learned() const override;
@@ -54,7 +50,6 @@ class PathIntegrator : public Integrator {
     const LightShares &Shares(const Scene &scene) const {
         return shares_ ? *shares_ : scene.Lights().SharesByPower();
     }
-    size_t OffsetsAt(const SurfaceInteraction &si, float distance, bool wide) const;
     Settings settings_;
     std::optional<Camera> camera_;      // none before Prepare: its hits are then near
     std::optional<LightShares> shares_; // that a pilot has found

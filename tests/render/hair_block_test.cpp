@@ -75,7 +75,7 @@ WorldEnd)",
     const Scene scene(&description, options);
     PathIntegrator::Settings settings;
     settings.maxDepth = BlockTruth::kMaxDepth;
-    settings.field = PathIntegrator::HairField::Near;
+    settings.field = HairField::Near;
     const PathIntegrator integrator(settings);
     PixelSampler sampler(SamplerKind::Independent, 1, 7);
     Seen seen;
