@@ -241,6 +241,37 @@ std::array<T, 3> SmoothFiber<T>::Tail(int p, T gamma, const std::array<T, 3> &si
 }
 //<
 
+//> Attenuate a path whose polarisation is followed
+// All bounces inside a circle have the same angles, so that a path's amplitudes are a product of 2 x 2
+// matrices, T Q (D Q)^(p-1) T: D and T hold the amplitudes of the two polarisations at a bounce, Q turns one
+// plane of incidence to the next, by 2 atan2(tan gamma_t, sin theta_t). Unpolarised light takes half of the
+// sum of squares.
+template <typename T>
+T SmoothFiber<T>::PolarisedShare(int p, T gamma) const {
+    const Refraction<T> inside =
+        Refract(cosTheta_, std::sin(gamma), std::cos(gamma), eta_, (eta_ - 1) * (eta_ + 1));
+    const T c = inside.cosIncident, ec = eta_ * eta_ * c, t = inside.t;
+    const std::array<T, 2> reflected = {(c - t) / (c + t), (ec - t) / (ec + t)};
+    if (p == 0)
+        return (Sqr(reflected[0]) + Sqr(reflected[1])) / 2;
+    const std::array<T, 2> refracted = {2 * std::sqrt(c * t) / (c + t), 2 * std::sqrt(ec * t) / (ec + t)};
+    // tan gamma_t / sin theta_t = (a / t) / (sin theta / eta)
+    const T sinTheta = std::sqrt(std::max(T(0), (1 - cosTheta_) * (1 + cosTheta_)));
+    const T psi = 2 * std::atan2(eta_ * inside.a, sinTheta * t), cosPsi = std::cos(psi),
+            sinPsi = std::sin(psi);
+    std::array<std::array<T, 2>, 2> amplitude = {{{refracted[0], 0}, {0, refracted[1]}}};
+    for (int k = 1; k <= p; ++k) {
+        const std::array<T, 2> &bounce = k == p ? refracted : reflected;
+        for (size_t i = 0; i < 2; ++i) {
+            const T s = amplitude[0][i], q = amplitude[1][i];
+            amplitude[0][i] = bounce[0] * (cosPsi * s - sinPsi * q);
+            amplitude[1][i] = bounce[1] * (sinPsi * s + cosPsi * q);
+        }
+    }
+    return (Sqr(amplitude[0][0]) + Sqr(amplitude[0][1]) + Sqr(amplitude[1][0]) + Sqr(amplitude[1][1])) / 2;
+}
+//<
+
 template class SmoothFiber<float>;
 template class SmoothFiber<double>;
 template class SmoothFiber<long double>;

@@ -68,6 +68,8 @@ class SmoothFiber {
     // The share of light on path p, per colour, at offset sin gamma: A_p. And on all paths from p on.
     std::array<T, 3> Attenuation(int p, T gamma, const std::array<T, 3> &sigmaA, SegmentLength length) const;
     std::array<T, 3> Tail(int p, T gamma, const std::array<T, 3> &sigmaA, SegmentLength length) const;
+    // A_p of a clear fiber for unpolarised light whose polarisation is followed, not averaged at each bounce.
+    T PolarisedShare(int p, T gamma) const;
 
   private:
     struct Passage; // of one ray: what is reflected, and what a segment absorbs

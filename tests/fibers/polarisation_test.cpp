@@ -2,6 +2,7 @@
 #include "core/angles.h"
 #include "core/quadrature.h"
 #include "fibers/fiber_simulator.h"
+#include "fibers/smooth_fiber.h"
 
 #include <gtest/gtest.h>
 
@@ -69,6 +70,11 @@ TEST(Polarisation, ACirclesOrdersAreTheProductsOfMatrices) {
                     const double miss = std::abs(seen.Albedo(static_cast<size_t>(p), 0) - expected);
                     EXPECT_LT(miss, 1e-9) << "eta " << eta << " theta " << theta << " h " << h << " p " << p;
                     worst = std::max(worst, miss);
+                    const SmoothFiber<double> smooth(std::cos(theta * kDegree), eta);
+                    EXPECT_NEAR(smooth.PolarisedShare(p, std::asin(h)), expected, 1e-12) << p;
+                    const SmoothFiber<float> inFloat(static_cast<float>(std::cos(theta * kDegree)),
+                                                     static_cast<float>(eta));
+                    EXPECT_NEAR(inFloat.PolarisedShare(p, static_cast<float>(std::asin(h))), expected, 2e-5);
                 }
                 EXPECT_NEAR(seen.Albedo(seen.Sum(), 0) + seen.Lost(), 1, 1e-9);
             }

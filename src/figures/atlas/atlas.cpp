@@ -85,6 +85,9 @@ constexpr std::array kFaults = std::to_array<AtlasFault>({
      "Directing.TheStiffnessBoundsTheStep"},
     {25, "a load without measure, or a number that is none, ends a strand", "mended",
      "Simulations.HugeAndMissingNumbersStayFinite"},
+    {26, "Fresnel's reflectances averaged over polarisations at every bounce", "stated",
+     "Polarisation.ACirclesOrdersAreTheProductsOfMatrices "
+     "Polarisation.AtRightAnglesTheTwoPolarisationsStayApart"},
 });
 
 // To add a map: let the function of its chapter return it too. To add a chapter: declare its function in

@@ -1,5 +1,5 @@
-// The atlas's maps of paths through the fiber: A_p, the last lobe, Marschner's cubic, reciprocity. Faults 7,
-// 8, 9, 12, 13 and 16.
+// The atlas's maps of paths through the fiber: A_p, the last lobe, Marschner's cubic, reciprocity,
+// polarisation. Faults 7, 8, 9, 12, 13, 16 and 26.
 #include "fibers/ap.h"
 #include "fibers/deon.h"
 #include "fibers/hair.h"
@@ -210,6 +210,38 @@ AtlasMap AttenuationReciprocityMap(const AtlasOptions &o) {
     return map;
 }
 
+AtlasMap PolarisationMap(const AtlasOptions &o) {
+    AtlasMap map;
+    map.name = "polarisation", map.title = "A_{p} over the width, averaged over polarisations at every "
+                                           "bounce, over that with polarisation followed";
+    map.quantity = "averaged / followed";
+    map.x = {"θ_o (degrees)", "theta_o_deg", 0, 90, Cells(o)};
+    map.y = {"index η", "eta", 1.3, 1.8, Cells(o)};
+    map.log = false, map.min = 0.5, map.max = 1.5;
+    const auto ratio = [](int p, double theta, double eta) {
+        const SmoothFiber<double> fiber(std::cos(theta * kDegree), eta);
+        const auto means = MeanOverWidth<40, double>([&](double gamma) {
+            const double averaged = fiber.Attenuation(p, gamma, {0, 0, 0}, SegmentLength::Chord)[0];
+            return std::array<double, 3>{averaged, fiber.PolarisedShare(p, gamma), 0};
+        });
+        return means[0] / means[1];
+    };
+    for (const auto &[p, name] : {std::pair{1, "TT"}, {2, "TRT"}, {3, "TRRT"}})
+        map.panels.push_back({name, FillMap(map.x, map.y, [&, order = p](double theta, double eta) {
+                                  return ratio(order, theta, eta);
+                              })});
+    const auto finding = [&](int p, double theta, const char *what) {
+        const double value = ratio(p, theta, kEta);
+        return AtlasFinding{26, what, value, value, true};
+    };
+    map.findings = {finding(2, 0, "TRT at 0 degrees over its true share"),
+                    finding(2, 45, "TRT at 45 degrees over its true share"),
+                    finding(2, 75, "TRT at 75 degrees over its true share"),
+                    finding(3, 45, "TRRT at 45 degrees over its true share")};
+    map.note = "The simulator follows polarisation where it is asked to; the models average.";
+    return map;
+}
+
 AtlasMap ReflectanceMap(const AtlasOptions &o) {
     AtlasMap map;
     map.name = "reflectance",
@@ -239,6 +271,7 @@ std::vector<AtlasMap> PathMaps(const AtlasOptions &options) {
             LastLobeMap(options),
             CubicMap(options),
             AttenuationReciprocityMap(options),
+            PolarisationMap(options),
             ReflectanceMap(options)};
 }
 
