@@ -59,6 +59,7 @@ LITERATE = [
     "src/render/fiber_albedo.*",
     "src/render/light_pilot.*",
     "src/render/denoise.*",
+    "src/render/guides.*",
     "src/render/integrator.*",
     "src/images/compare.*",
     "src/images/flip.*",

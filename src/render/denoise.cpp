@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace cuticle {
 
@@ -17,17 +18,27 @@ namespace {
 using Picture = std::vector<Spectrum>;
 
 //> Say by how much a picture may be smoothed
-// Ways to smooth: 0 leaves a picture as it is, way k > 0 is made of a Gaussian of KernelSigma(k) pixels.
-constexpr size_t kWays = 9;
-constexpr float KernelSigma(size_t way) {
+// Kernel 0 leaves a picture as it is, kernel k > 0 is a Gaussian of KernelSigma(k) pixels.
+constexpr size_t kKernels = 9;
+constexpr float KernelSigma(size_t kernel) {
     float sigma = 0.5f;
-    for (size_t k = 1; k < way; ++k)
+    for (size_t k = 1; k < kernel; ++k)
         sigma *= 1.41421356f;
     return sigma;
 }
-static_assert(KernelSigma(kWays - 1) > 5.6f && KernelSigma(kWays - 1) < 5.7f);
-// This way and wider ones are kept for every second pixel of every second row, which says all.
+static_assert(KernelSigma(kKernels - 1) > 5.6f && KernelSigma(kKernels - 1) < 5.7f);
+// This kernel and wider ones leave pictures of which every second pixel of every second row says all.
 constexpr size_t kFirstCoarse = 6;
+// The kernels under which a picture is fitted to guides.
+constexpr std::array<size_t, 3> kFitKernels = {4, 6, 8};
+
+struct SmoothingWay {
+    size_t kernel;       // of kFitKernels where it is guided
+    bool guided = false; // fitted to the guides, else smoothed alone
+};
+// All ways, the wider the later. To add one: a row here.
+constexpr std::array<SmoothingWay, 12> kWays = {
+    {{0}, {1}, {2}, {3}, {4}, {0, true}, {5}, {6}, {1, true}, {7}, {8}, {2, true}}};
 // Errors are compared over about so many pixels around each, and the choice fades into its neighbours' over
 // so many.
 constexpr float kChoiceSigma = 8, kFadeSigma = 1.5f;
@@ -181,25 +192,25 @@ void Double(const std::vector<Number> &means, Point2i size, std::vector<Number> 
 //<
 
 //> Smooth, and give back what is lost of it
-// One half of a part, smoothed in every way. G p is a Gaussian's picture; way k is G p + G (p - G p), which
-// is 2 G p - G G p: what the smoothing lost is smoothed and added again. Slopes and gentle curves survive, so
-// that a block keeps its brightness. G G is the Gaussian of the next way, so that one smoothing more makes
-// the next picture, of which two ways have need.
-class SmoothedWays {
+// One half of a part, smoothed by every kernel. G p is a Gaussian's picture; what is kept is
+// G p + G (p - G p), which is 2 G p - G G p: what the smoothing lost is smoothed and added again. Slopes and
+// gentle curves survive, so that a block keeps its brightness. G G is the next Gaussian, so that one
+// smoothing more makes the next picture, of which two kernels have need.
+class SmoothedHalf {
   public:
-    SmoothedWays(const Picture &picture, Point2i size, Picture *between) : size_(size) {
+    SmoothedHalf(const Picture &picture, Point2i size, Picture *between) : size_(size) {
         pictures_[0] = picture;
-        for (size_t way = 1; way < kWays; ++way) {
-            // The picture of this way's Gaussian; what it makes of that again is the next one's
-            Picture &once = pictures_[way];
-            const bool coarse = way >= kFirstCoarse;
-            if (way == kFirstCoarse)
+        for (size_t k = 1; k < kKernels; ++k) {
+            // The picture of this Gaussian; what it makes of that again is the next one's
+            Picture &once = pictures_[k];
+            const bool coarse = k >= kFirstCoarse;
+            if (k == kFirstCoarse)
                 Halve(twice_, size, &once);
-            else if (way > 1)
+            else if (k > 1)
                 once = twice_;
             else
-                Smooth(picture, size, KernelSigma(way), between, &once);
-            Smooth(once, coarse ? Halved(size) : size, KernelSigma(way) * (coarse ? 0.5f : 1), between,
+                Smooth(picture, size, KernelSigma(k), between, &once);
+            Smooth(once, coarse ? Halved(size) : size, KernelSigma(k) * (coarse ? 0.5f : 1), between,
                    &twice_);
             ParallelForRange(once.size(), 4096, [&](size_t first, size_t last) {
                 for (size_t i = first; i < last; ++i)
@@ -209,17 +220,112 @@ class SmoothedWays {
         twice_ = {};
     }
     // *space: where a coarse picture is doubled.
-    const Picture &Way(size_t way, Picture *space) const {
-        if (way < kFirstCoarse)
-            return pictures_[way];
-        Double(pictures_[way], size_, space);
+    const Picture &By(size_t k, Picture *space) const {
+        if (k < kFirstCoarse)
+            return pictures_[k];
+        Double(pictures_[k], size_, space);
         return *space;
     }
 
   private:
     Point2i size_;
-    std::array<Picture, kWays> pictures_;
+    std::array<Picture, kKernels> pictures_;
     Picture twice_;
+};
+//<
+
+//> Fit a picture to its guides
+// A picture under three Gaussians, each made of the one before; the wider two halved.
+std::array<Picture, 3> FitLevels(const Picture &picture, Point2i size, Picture *between) {
+    std::array<Picture, 3> levels;
+    Picture halved;
+    Smooth(picture, size, KernelSigma(kFitKernels[0]), between, &levels[0]);
+    Halve(levels[0], size, &halved);
+    for (size_t i = 1; i < 3; ++i) {
+        const float before = KernelSigma(kFitKernels[i - 1]), now = KernelSigma(kFitKernels[i]);
+        Smooth(i == 1 ? halved : levels[1], Halved(size), std::sqrt(now * now - before * before) / 2, between,
+               &levels[i]);
+    }
+    return levels;
+}
+
+// Two guides g and h of a picture, and under each Gaussian the means of g, h, g g, and of g h, h h.
+struct GuideMoments {
+    std::vector<float> g, h;
+    std::array<Picture, 3> first, second;
+
+    GuideMoments(const Guides &guides, Point2i size, Picture *between) : g(guides[0]), h(guides[1]) {
+        Scale(&g), Scale(&h);
+        Picture one(g.size()), two(g.size());
+        for (size_t i = 0; i < g.size(); ++i)
+            one[i] = {g[i], h[i], g[i] * g[i]}, two[i] = {g[i] * h[i], h[i] * h[i], 0};
+        first = FitLevels(one, size, between), second = FitLevels(two, size, between);
+    }
+    // Scales a guide to a mean square of 1; what is black stays so.
+    static void Scale(std::vector<float> *guide) {
+        double squares = 0;
+        for (const float v : *guide)
+            squares += Sqr(double{v}) / static_cast<double>(guide->size());
+        for (float &v : *guide)
+            v = squares > 0 ? static_cast<float>(double{v} / std::sqrt(squares)) : 0;
+    }
+};
+
+// One half of a part as what is linear in the guides nearby: base + s g + t h, by least squares under each
+// Gaussian.
+class FittedHalf {
+  public:
+    FittedHalf(const Picture &picture, Point2i size, const GuideMoments &guides, Picture *between)
+        : size_(size), guides_(&guides) {
+        Picture times(picture.size());
+        const auto productLevels = [&](const std::vector<float> &guide) {
+            for (size_t i = 0; i < picture.size(); ++i)
+                times[i] = picture[i] * guide[i];
+            return FitLevels(times, size, between);
+        };
+        base_ = FitLevels(picture, size, between);
+        s_ = productLevels(guides.g), t_ = productLevels(guides.h);
+        for (size_t level = 0; level < 3; ++level)
+            ParallelForRange(base_[level].size(), 4096, [&](size_t first, size_t last) {
+                for (size_t i = first; i < last; ++i)
+                    Solve(level, i);
+            });
+        Apply(base_[0], s_[0], t_[0], &base_[0]);
+        s_[0] = t_[0] = {};
+    }
+    const Picture &By(size_t level, Picture *space, Picture *s, Picture *t) const {
+        if (level == 0)
+            return base_[0];
+        Double(base_[level], size_, space), Double(s_[level], size_, s), Double(t_[level], size_, t);
+        Apply(*space, *s, *t, space);
+        return *space;
+    }
+
+  private:
+    // Turns the means of p, p g and p h at a place into base, s and t.
+    void Solve(size_t level, size_t i) {
+        const Spectrum &one = guides_->first[level][i], &two = guides_->second[level][i];
+        constexpr float kNoise = 1e-3f; // what varies less, of mean squares of 1, tells nothing
+        const float g = one[0], h = one[1];
+        const float gg = std::max(0.f, one[2] - g * g) + kNoise, hh = std::max(0.f, two[1] - h * h) + kNoise,
+                    gh = two[0] - g * h;
+        const float determinant = std::max(gg * hh - gh * gh, 1e-3f * gg * hh);
+        Spectrum &p = base_[level][i];
+        const Spectrum pg = s_[level][i] - p * g, ph = t_[level][i] - p * h;
+        const Spectrum s = (pg * hh - ph * gh) / determinant, t = (ph * gg - pg * gh) / determinant;
+        s_[level][i] = s, t_[level][i] = t;
+        p = p - s * g - t * h;
+    }
+    void Apply(const Picture &base, const Picture &s, const Picture &t, Picture *out) const {
+        ParallelForRange(base.size(), 4096, [&](size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i)
+                (*out)[i] = base[i] + s[i] * guides_->g[i] + t[i] * guides_->h[i];
+        });
+    }
+
+    Point2i size_;
+    const GuideMoments *guides_;
+    std::array<Picture, 3> base_, s_, t_;
 };
 //<
 
@@ -262,15 +368,21 @@ void FindErrors(const Picture &a, const Picture &b, const Picture &x, const Pict
 //> Choose for every pixel how much to smooth
 // Memory that is used again and again.
 struct Workspace {
-    Picture between, halved, doubledX, doubledY, wideX, wideY;
+    Picture between, halved, doubledX, doubledY, doubledS, doubledT, wideX, wideY;
     std::vector<float> errors, blockErrors, floatsBetween, share, doubledShare;
 };
 
 // The two halves of a part, smoothed in every way, and the errors of each way there: over 2 x 2 pixels.
 class SmoothedPart {
   public:
-    SmoothedPart(const PartHalves &part, Point2i size, const std::vector<float> &weights, Workspace *space)
+    // guides: none where it is null.
+    SmoothedPart(const PartHalves &part, Point2i size, const std::vector<float> &weights,
+                 const GuideMoments *guides, Workspace *space)
         : size_(size), a_(part.a, size, &space->between), b_(part.b, size, &space->between) {
+        if (guides) {
+            fittedA_.emplace(part.a, size, *guides, &space->between);
+            fittedB_.emplace(part.b, size, *guides, &space->between);
+        }
         const Point2i half = Halved(size);
         const auto widen = [&](const Picture &p, Picture *wide) {
             Halve(p, size, &space->halved);
@@ -280,8 +392,11 @@ class SmoothedPart {
         widen(part.a, &wideA), widen(part.b, &wideB);
         std::vector<float> wideWeights, error;
         Halve(weights, size, &wideWeights);
-        for (size_t way = 0; way < kWays; ++way) {
-            const Picture &x = a_.Way(way, &space->doubledX), &y = b_.Way(way, &space->doubledY);
+        for (size_t way = 0; way < kWays.size(); ++way) {
+            if (!Has(way))
+                continue;
+            const auto [xMade, yMade] = By(way, space);
+            const Picture &x = *xMade, &y = *yMade;
             FindErrors(part.a, part.b, x, y, weights, &space->errors);
             Halve(space->errors, size, &error);
             widen(x, &space->wideX), widen(y, &space->wideY);
@@ -297,7 +412,7 @@ class SmoothedPart {
         std::vector<float> least = errors_[0];
         for (size_t way = 1; way < ways; ++way)
             for (size_t i = 0; i < least.size(); ++i)
-                if (errors_[way][i] < least[i])
+                if (Has(way) && errors_[way][i] < least[i])
                     least[i] = errors_[way][i], choice[i] = static_cast<uint8_t>(way);
         for (size_t way = 0; way < ways; ++way) {
             const auto chosen = static_cast<size_t>(std::ranges::count(choice, way));
@@ -312,18 +427,28 @@ class SmoothedPart {
             } else {
                 share.assign(x->size(), 1);
             }
-            const Picture &a = a_.Way(way, &space->doubledX), &b = b_.Way(way, &space->doubledY);
-            ParallelForRange(x->size(), 4096, [&](size_t first, size_t last) {
+            const auto [a, b] = By(way, space);
+            ParallelForRange(x->size(), 4096, [&, aMade = a, bMade = b](size_t first, size_t last) {
                 for (size_t i = first; i < last; ++i)
-                    (*x)[i] += a[i] * share[i], (*y)[i] += b[i] * share[i];
+                    (*x)[i] += (*aMade)[i] * share[i], (*y)[i] += (*bMade)[i] * share[i];
             });
         }
     }
 
   private:
+    bool Has(size_t way) const { return !kWays[way].guided || fittedA_; }
+    std::pair<const Picture *, const Picture *> By(size_t way, Workspace *space) const {
+        const auto [kernel, guided] = kWays[way];
+        if (!guided)
+            return {&a_.By(kernel, &space->doubledX), &b_.By(kernel, &space->doubledY)};
+        return {&fittedA_->By(kernel, &space->doubledX, &space->doubledS, &space->doubledT),
+                &fittedB_->By(kernel, &space->doubledY, &space->doubledS, &space->doubledT)};
+    }
+
     Point2i size_;
-    SmoothedWays a_, b_;
-    std::array<std::vector<float>, kWays> errors_;
+    SmoothedHalf a_, b_;
+    std::optional<FittedHalf> fittedA_, fittedB_;
+    std::array<std::vector<float>, kWays.size()> errors_;
 };
 //<
 
@@ -407,19 +532,22 @@ std::vector<Spectrum> Smoothed(const std::vector<Spectrum> &picture, Point2i siz
 //> Denoise all parts, by as much as keeps blocks right
 // Pixels may gain where blocks lose: a small picture of much detail has its edges within one kernel's reach.
 // Then the widest kernel is taken from the choice until blocks are no worse.
-DenoisedPicture Denoise(Point2i size, std::span<const PartHalves> parts) {
+DenoisedPicture Denoise(Point2i size, std::span<const PartHalves> parts, const Guides *guides) {
     const auto n = static_cast<size_t>(size.x) * static_cast<size_t>(size.y);
     DenoiseComparison all{size, Picture(n), Picture(n), {}, {}};
     for (const PartHalves &part : parts)
         AddTo(&all.a, part.a), AddTo(&all.b, part.b);
     const std::vector<float> weights = WeightsOf(MeanOf(all.a, all.b), size);
     Workspace space;
+    std::optional<GuideMoments> moments;
+    if (guides)
+        moments.emplace(*guides, size, &space.between);
     std::vector<SmoothedPart> smoothed;
     smoothed.reserve(parts.size());
     for (const PartHalves &part : parts)
-        smoothed.emplace_back(part, size, weights, &space);
+        smoothed.emplace_back(part, size, weights, moments ? &*moments : nullptr, &space);
     DenoisedPicture result;
-    for (size_t ways = kWays; ways > 0; --ways) {
+    for (size_t ways = kWays.size(); ways > 0; --ways) {
         all.x.assign(n, {}), all.y.assign(n, {});
         for (const SmoothedPart &part : smoothed)
             part.AddBest(ways, &all.x, &all.y, &space);

@@ -4,6 +4,7 @@
 #include "core/color.h"
 #include "core/vecmath.h"
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +16,10 @@ namespace cuticle {
 struct PartHalves {
     std::vector<Spectrum> a, b;
 };
+
+// Two pictures that tell where strands are and how they shine, of little noise, and of none that the samples
+// share. Row by row.
+using Guides = std::array<std::vector<float>, 2>;
 
 // How far a picture is off, as it tells by itself: root mean squares relative to how bright the picture is
 // there, by pixel and in blocks of 8 x 8 pixels.
@@ -29,10 +34,11 @@ struct DenoisedPicture {
     std::string Words() const;
 };
 
-// Smooths each part of a picture by as much as its two halves show to be right there, and adds the parts up.
-// Parts: direct light and what is scattered more often, as they differ in noise and in detail; all of
-// size.x * size.y finite pixels. The same for any number of threads.
-DenoisedPicture Denoise(Point2i size, std::span<const PartHalves> parts);
+// Smooths each part of a picture, or fits it to the guides, by as much as its two halves show to be right
+// there, and adds the parts up. Parts: direct light and what is scattered more often, as they differ in noise
+// and in detail; all of size.x * size.y finite pixels. Guides: null, or as large. The same for any number of
+// threads.
+DenoisedPicture Denoise(Point2i size, std::span<const PartHalves> parts, const Guides *guides = nullptr);
 
 //> Declare the steps, for tests
 // A picture smoothed by a Gaussian of standard deviation sigma pixels, cut off at three; at the edges the

@@ -86,7 +86,6 @@ class RenderJob {
     void RenderTileOrFail(size_t tile, int to);
     void LookForPart(const Checkpoints &checkpoints);
     void RenderTile(size_t tile, int to);
-    Ray CameraRay(int x, int y, PixelSampler *sampler, float *weight) const;
     PixelSampler MakePixelSampler() const;
     bool TakeSample(int x, int y, int sample, PixelSampler *sampler, RayCounts *rays, FilmTile *tile) const;
     void Learn();
@@ -196,15 +195,6 @@ void RenderJob::WritePart() {
     nextPart_ = begin + checkpoints.seconds - spare;
 }
 
-// The ray of a sample that was started, and its weight in the pixel.
-Ray RenderJob::CameraRay(int x, int y, PixelSampler *sampler, float *weight) const {
-    const FilterSample offset = filter_.Sample(sampler->Get2D());
-    *weight = offset.weight;
-    const Point2f pFilm{static_cast<float>(x) + 0.5f + offset.offset.x,
-                        static_cast<float>(y) + 0.5f + offset.offset.y};
-    return camera_.GenerateRay(pFilm, sampler->Get2D());
-}
-
 // Samples to be denoised make two sets, the even and the odd ones, each stratified by itself: what is
 // measured by comparing them holds only if they share nothing.
 PixelSampler RenderJob::MakePixelSampler() const {
@@ -217,7 +207,7 @@ bool RenderJob::TakeSample(int x, int y, int sample, PixelSampler *sampler, RayC
     const bool inParts = film_.HasParts();
     sampler->Start(x, y, inParts ? sample / 2 + sample % 2 * sampler->SamplesPerPixel() : sample);
     float weight = 1;
-    const Ray ray = CameraRay(x, y, sampler, &weight);
+    const Ray ray = CameraRay(camera_, filter_, {x, y}, sampler, &weight);
     if (!inParts)
         return tile->Add(x, y, integrator_->Li(ray, scene_, *sampler, *rays) * weight);
     LightParts parts;
@@ -248,7 +238,7 @@ void RenderJob::Learn() {
         const int x = middle(cell.x, pilot.cells.x, size.x), y = middle(cell.y, pilot.cells.y, size.y);
         sampler->Start(x, y, sample);
         float weight = 1;
-        return CameraRay(x, y, sampler, &weight);
+        return CameraRay(camera_, filter_, {x, y}, sampler, &weight);
     };
     madeIntegrator_->Learn(pilot, scene_);
     VLOG(1) << Printable(sceneName_) << ": " << madeIntegrator_->Learned();
@@ -362,6 +352,15 @@ JobResult RenderJob::Run() && {
 }
 
 } // namespace
+
+Ray CameraRay(const Camera &camera, const Filter &filter, Point2i pixel, PixelSampler *sampler,
+              float *weight) {
+    const FilterSample offset = filter.Sample(sampler->Get2D());
+    *weight = offset.weight;
+    const Point2f pFilm{static_cast<float>(pixel.x) + 0.5f + offset.offset.x,
+                        static_cast<float>(pixel.y) + 0.5f + offset.offset.y};
+    return camera.GenerateRay(pFilm, sampler->Get2D());
+}
 
 JobResult RunJob(const SceneDescription &description, const Scene &scene, const JobOptions &options) {
     std::optional<WarningScope> warnings;

@@ -3,8 +3,10 @@
 #pragma once
 
 #include "render/film.h"
+#include "render/filter.h"
 #include "render/integrator.h"
 #include "render/progress.h"
+#include "render/sampler.h"
 #include "scene/camera.h"
 #include "scene/scene.h"
 
@@ -69,6 +71,10 @@ struct JobResult {
     // The samples of this job that every pixel has got, those left out as not finite included.
     int SamplesReached() const { return film.FewestDone(); }
 };
+
+// The ray of a pixel's sample that was started, and its weight in the pixel.
+Ray CameraRay(const Camera &camera, const Filter &filter, Point2i pixel, PixelSampler *sampler,
+              float *weight);
 
 // Renders the job's samples of a scene. The film is the same bit for bit for any number of threads. Throws
 // Error where the scene's film, sampler, filter, camera or integrator is wrong, or the range is no part of

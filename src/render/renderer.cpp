@@ -1,7 +1,7 @@
 #include "render/renderer.h"
 
 #include "core/parallel.h"
-#include "render/denoise.h"
+#include "render/guides.h"
 
 #include <filesystem>
 
@@ -30,12 +30,21 @@ ImageAttribute MatrixAttribute(const Transform &t) {
     return a;
 }
 
+// So many rays look at each pixel for guides, for each of its samples, within bounds. One costs a tenth of a
+// sample.
+constexpr int kGuideRays = 4, kMinGuideRays = 16, kMaxGuideRays = 64;
+
 // Denoises a film's picture. The means of its samples stay as channels unfiltered.R, .G and .B. Returns what
 // was found.
-std::string DenoiseImage(const Film &film, Image *image) {
+std::string DenoiseImage(const JobResult &job, const Scene &scene, const Filter &filter, uint64_t seed,
+                         Image *image) {
+    const Film &film = job.film;
     if (film.MinSamples() < 2) // the render was stopped
         return "not denoised, as some pixels have one sample alone";
-    const DenoisedPicture denoised = Denoise({image->width, image->height}, film.DevelopParts());
+    const int rays = std::clamp(kGuideRays * std::min(job.spp, kMaxGuideRays), kMinGuideRays, kMaxGuideRays);
+    const Guides guides =
+        SeeGuides(scene, job.camera, filter, {film.WindowMin(), film.WindowMax(), rays, seed});
+    const DenoisedPicture denoised = Denoise({image->width, image->height}, film.DevelopParts(), &guides);
     Image both(image->width, image->height, {"R", "G", "B", "unfiltered.R", "unfiltered.G", "unfiltered.B"});
     both.fullWidth = image->fullWidth, both.fullHeight = image->fullHeight;
     both.cropX = image->cropX, both.cropY = image->cropY;
@@ -78,7 +87,9 @@ Image Render(const SceneDescription &description, const Scene &scene, const Rend
     Image image = job.film.Develop();
     if (job.film.HasParts()) {
         std::string words;
-        OnThreads(options.threads, [&] { words = DenoiseImage(job.film, &image); });
+        OnThreads(options.threads, [&] {
+            words = DenoiseImage(job, scene, MakeFilter(description.filter), options.seed, &image);
+        });
         image.attributes["denoised"] = TextAttribute(words);
         if (stats)
             stats->denoised = words;

@@ -2,6 +2,7 @@
 #include "render/denoise.h"
 
 #include "core/parallel.h"
+#include "render/guides.h"
 #include "render/plugins.h"
 #include "render/renderer.h"
 
@@ -151,6 +152,32 @@ TEST(Denoise, PartsAreSmoothedEachByItsOwn) {
     EXPECT_LT(apart, together / 3);
 }
 
+// Strands far below the noise stay where a guide shows them: the picture is 1 beside them and 3 on them,
+// slowly brighter to the right. A guide that knows nothing of the picture changes next to nothing.
+TEST(Denoise, GuidesKeepStrandsBelowTheNoise) {
+    const auto strand = [](int x, int y) { return (3 * x + y) % 11 < 2 ? 1. : 0.; };
+    const auto truth = PictureOf([&](int x, int y) { return 1 + (2 + 0.01 * x) * strand(x, y); });
+    Guides guides, useless;
+    guides[0].resize(kPixels), guides[1].resize(kPixels), useless = guides;
+    RNG rng(3);
+    for (size_t i = 0; i < kPixels; ++i) {
+        guides[0][i] = static_cast<float>(strand(static_cast<int>(i % 96), static_cast<int>(i / 96)));
+        useless[0][i] = rng.UniformFloat(), useless[1][i] = rng.UniformFloat();
+    }
+    const std::vector parts{WithNoise(truth, 2, 5)};
+    const double alone = RmsError(Denoise(kSize, parts).picture, truth),
+                 guided = RmsError(Denoise(kSize, parts, &guides).picture, truth),
+                 misguided = RmsError(Denoise(kSize, parts, &useless).picture, truth);
+    EXPECT_LT(guided, alone / 4);
+    EXPECT_LT(misguided, alone * 1.05);
+    std::swap(guides[0], guides[1]);
+    EXPECT_LT(RmsError(Denoise(kSize, parts, &guides).picture, truth), alone / 4) << "the other guide";
+    std::vector<Spectrum> one, two;
+    OnThreads(1, [&] { one = Denoise(kSize, parts, &guides).picture; });
+    OnThreads(2, [&] { two = Denoise(kSize, parts, &guides).picture; });
+    EXPECT_EQ(one, two);
+}
+
 // The block error that is reported is measured, not hoped for: over many noises its mean is the true one's.
 TEST(Denoise, SaysHowFarBlocksAreOff) {
     const auto truth = PictureOf([](int x, int y) { return 2 + std::sin(0.3 * x) * std::cos(0.2 * y); });
@@ -264,6 +291,32 @@ TEST(DenoisedRender, DirectLightIsThatOfPathsOfDepthOne) {
         indirect += double{(whole - parts.direct).y()};
     }
     EXPECT_GT(indirect, 10);
+}
+
+// A wall that fills the left half of the picture covers half of it. A lamp far away sends it E cos / pi times
+// its reflectance, also where another wall, out of sight, stands before the lamp.
+TEST(DenoisedRender, GuidesSeeCoverageAndUnshadowedLight) {
+    const Made made(
+        "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 2 LookAt 0 0 -5 0 0 0 0 1 0 "
+        "Camera \"orthographic\" \"float screenwindow\" [-2 2 -1 1] PixelFilter \"box\" WorldBegin "
+        "LightSource \"distant\" \"point from\" [0 3 -4] \"point to\" [0 0 0] \"rgb L\" [2 2 2] Material "
+        "\"matte\" \"rgb Kd\" "
+        "[.5 .5 .5] Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" "
+        "[-9 -9 0 -.5 -9 0 -.5 9 0 -9 9 0] Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] "
+        "\"point P\" [-9 2 -1 9 2 -1 9 2 -9 -9 2 -9] WorldEnd");
+    const Camera camera = MakeCamera(made.description.camera, {4, 2});
+    const Filter filter = MakeFilter(made.description.filter);
+    const Guides guides = SeeGuides(*made.scene, camera, filter, {{0, 0}, {4, 2}, 64, 1});
+    const double light = 0.5 / Pi * 2 * 0.8;
+    for (size_t y = 0; y < 2; ++y)
+        for (size_t x = 0; x < 4; ++x) {
+            const bool mirrored = guides[0][0] < guides[0][3];
+            const double covered = std::array{1., 0.5, 0., 0.}[mirrored ? 3 - x : x];
+            EXPECT_NEAR(guides[0][4 * y + x], covered, 1e-6) << x;
+            EXPECT_NEAR(guides[1][4 * y + x], covered * light, 1e-5) << x;
+        }
+    const Guides part = SeeGuides(*made.scene, camera, filter, {{1, 1}, {3, 2}, 64, 1});
+    EXPECT_EQ(part[0], (std::vector<float>{guides[0][5], guides[0][6]})) << "a window sees the same";
 }
 
 TEST(DenoisedRender, IsRefusedWhereItCannotBe) {
