@@ -9,9 +9,12 @@ namespace cuticle {
 
 //> Light what is seen, shadows left out
 // One sample of each kind of lamp; of the sky only where there is no other light, as a sample of it is noisy.
-static float UnshadowedLight(const SurfaceInteraction &si, const Scene &scene, PixelSampler *sampler) {
+static float UnshadowedLight(const SurfaceInteraction &si, const Scene &scene, const WidthSeen &width,
+                             PixelSampler *sampler) {
     BSDF bsdf;
     bsdf.SetFrame(si.shading, si.n);
+    FiberStrata strata;
+    bsdf.AskForMean(&strata, width.Offsets(si, si.t, false, HairField::Auto));
     si.material->MakeBSDF(si, &bsdf);
     if (!bsdf.HasNonSpecular())
         return 0;
@@ -38,6 +41,8 @@ Guides SeeGuides(const Scene &scene, const Camera &camera, const Filter &filter,
     CHECK_GE(view.rays, 1);
     const auto columns = static_cast<size_t>(view.max.x - view.min.x),
                rows = static_cast<size_t>(view.max.y - view.min.y);
+    WidthSeen width;
+    width.Look(camera);
     Guides guides;
     for (std::vector<float> &guide : guides)
         guide.assign(columns * rows, 0);
@@ -55,7 +60,7 @@ Guides SeeGuides(const Scene &scene, const Camera &camera, const Filter &filter,
                     continue;
                 covered += weight;
                 if (si.material)
-                    light += weight * UnshadowedLight(si, scene, &sampler);
+                    light += weight * UnshadowedLight(si, scene, width, &sampler);
             }
             const size_t at = row * columns + static_cast<size_t>(x - view.min.x);
             guides[0][at] = covered / static_cast<float>(view.rays);
