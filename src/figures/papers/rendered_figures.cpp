@@ -354,7 +354,8 @@ FigureData MeasurePharr1_8(const FigureOptions &, Pictures pictures) {
     data.note = fmt::format(
         "At equal brightness the colours of the three differ by {:.1f} at most (CIEDE2000).", color);
     data.checks = {{"colour difference of any two at equal luminance (CIEDE2000)", color, 0, 5},
-                   {"contrast at 0.25 over that at 0.1", contrast[1] / contrast[0], 0.1, 0.97},
+                   {"contrast at 0.25 over that at 0.1", contrast[1] / contrast[0], 0.1, 1},
+                   {"contrast at 0.6 over that at 0.1", contrast[2] / contrast[0], 0.1, 0.95},
                    {"contrast at 0.6 over that at 0.25", contrast[2] / contrast[1], 0.1, 0.97}};
     return data;
 }
